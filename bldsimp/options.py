@@ -1,0 +1,57 @@
+"""Every default of bldsimp, with its unit, in one place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+AUTO_SPACINGS = 16.0
+"""`auto` tolerance in units of the spacing of the stored numbers at the largest coordinate."""
+
+AUTO_DIAGONAL = 1e-6
+"""`auto` tolerance never exceeds this share of the diagonal of the box of all used points."""
+
+FLAT_NORMALS_DEGREES = 1.0
+"""Input normals within this angle of their face normals mean a flat-shaded input; degrees."""
+
+SIGNIFICANT_DIGITS = 6
+"""Decimal numbers with fewer significant digits are taken as exact, not as rounded."""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """How far any point of the surface may move.
+
+    Attributes
+    ----------
+    value : float
+        Model units where `unit` is ``"length"``, percent of the diagonal where it is ``"percent"``;
+        not used where it is ``"auto"``.
+    unit : str
+    """
+
+    value: float = 0.0
+    unit: str = "auto"
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a user may choose for `simplify`.
+
+    Attributes
+    ----------
+    tolerance : Tolerance
+    weld : float
+        Points nearer than this are one; model units; 0 welds exactly equal points only.
+    normals : str
+        ``auto``, ``flat``, ``smooth`` or ``none``.
+    drop_attributes : bool
+        Simplify textured and coloured parts too, and drop what they carry.
+    baseline : bool
+        Also report the points that fast-simplification needs for the same deviation.
+    """
+
+    tolerance: Tolerance = Tolerance()
+    weld: float = 0.0
+    normals: str = "auto"
+    drop_attributes: bool = False
+    baseline: bool = False

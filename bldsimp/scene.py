@@ -1,0 +1,119 @@
+"""What passes between files and stages: a scene of meshes, each one problem of its own.
+
+Only `io` makes and reads `source`; the stages see arrays alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+Faces = NDArray[np.int32]
+
+
+@dataclass
+class Part:
+    """A piece that no facet may cross: a glTF primitive, an OBJ object, group or material.
+
+    Attributes
+    ----------
+    name : str
+        As the user knows it, for messages.
+    attributes : tuple of str
+        Names of what the part carries beside position and normal (``TEXCOORD_0``, ``COLOR_0``,
+        ``vt`` ...). A part with any is passed on untouched unless attributes are dropped.
+    source : object
+        Where the reader found it; only `io` looks inside.
+    """
+
+    name: str
+    attributes: tuple[str, ...] = ()
+    source: Any = None
+
+
+@dataclass
+class Mesh:
+    """One problem: parts that share points and are simplified together.
+
+    Attributes
+    ----------
+    name : str
+    points : (n, 3) float64
+        Stored positions, one row per vertex of the file (repeated where the file repeats them), in
+        the mesh's own frame, model units.
+    faces : (m, 3) int32
+        Rows of `points`; polygons are already triangulated.
+    part_of_face : (m,) int32
+        Index into `parts`.
+    parts : list of Part
+    transforms : (k, 4, 4) float64
+        World transform of each instance; one identity where the format has no scene graph.
+    normals : (n, 3) float64 or None
+        Stored vertex normals, one row per vertex.
+    single : bool
+        Every stored coordinate is exactly a single-precision number.
+    rounding : float
+        Half a unit of the last written decimal digit where the file's numbers are decimal with six
+        significant digits or more, else 0; model units.
+    source : object
+        Only `io` looks inside.
+    """
+
+    name: str
+    points: Points
+    faces: Faces
+    part_of_face: NDArray[np.int32]
+    parts: list[Part]
+    transforms: NDArray[np.float64] = field(default_factory=lambda: np.eye(4)[None])
+    normals: NDArray[np.float64] | None = None
+    single: bool = False
+    rounding: float = 0.0
+    source: Any = None
+
+
+@dataclass
+class Scene:
+    """All meshes of one file.
+
+    Attributes
+    ----------
+    path : Path or None
+        None for standard input.
+    format : str
+        Suffix without the dot, in lower case.
+    meshes : list of Mesh
+    size : int
+        Bytes of the file and of the buffers beside it.
+    warnings : list of str
+    source : object
+        Only `io` looks inside.
+    """
+
+    path: Path | None
+    format: str
+    meshes: list[Mesh]
+    size: int
+    warnings: list[str] = field(default_factory=list)
+    source: Any = None
+
+
+@dataclass
+class Light:
+    """A mesh made light, told in rows of the mesh it came from: every output point is an input point.
+
+    Attributes
+    ----------
+    faces : (k, 3) int32
+        Per corner a row of ``Mesh.points``; where a position is stored in several rows, one that a
+        face of the same facet uses, so that its normal is the right one.
+    part_of_face : (k,) int32
+        Index into ``Mesh.parts``.
+    """
+
+    faces: Faces
+    part_of_face: NDArray[np.int32]
