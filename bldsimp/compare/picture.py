@@ -25,6 +25,9 @@ Integers = NDArray[np.int64]
 BATCH = 4_000_000
 """Pixels that are tested at once; bounds the memory to some hundred megabytes."""
 
+CREASE_DEGREES = 8.0
+"""Edges at which the surface bends by more are drawn as sharp ones."""
+
 
 @dataclass(frozen=True)
 class Style:
@@ -38,18 +41,19 @@ class Style:
         Where the eye stands, seen from the model: degrees from the x axis, degrees above the ground.
     distance : float
         Distance of the eye in units of the model's diagonal; small is a strong perspective.
-    line : float
-        Width of triangle edges, pixels.
+    line, crease : float
+        Width of edges inside a flat facet and of sharp ones, pixels.
     samples : int
         Samples per pixel along each axis.
     """
 
     width: int = 900
     height: int = 760
-    azimuth: float = -58.0
-    elevation: float = 24.0
+    azimuth: float = -56.0
+    elevation: float = 17.0
     distance: float = 2.2
-    line: float = 0.9
+    line: float = 1.0
+    crease: float = 1.7
     samples: int = 3
     wall: tuple[float, float, float] = (0.93, 0.90, 0.85)
     ink: tuple[float, float, float] = (0.13, 0.20, 0.30)
@@ -105,13 +109,23 @@ def picture(views: Sequence[View], style: Style | None = None) -> Image:
         raise BldsimpError("nothing to draw: a view has no faces")
     style = style or Style()
     camera = Camera.fitting(views[0], style)
-    margin = 84
-    sheet = images.new("RGB", (len(views) * style.width, style.height + margin), to_bytes(style.paper))
-    for k, view in enumerate(views):
-        panel = images.fromarray(shade(view, camera, style))
-        sheet.paste(panel, (k * style.width, 0))
-        write_caption(sheet, view.caption, (k + 0.5) * style.width, style.height)
+    panels = crop([shade(view, camera, style) for view in views])
+    height, margin = panels[0].shape[0], 90
+    sheet = images.new("RGB", (len(views) * style.width, height + margin), to_bytes(style.paper))
+    for k, (view, panel) in enumerate(zip(views, panels, strict=True)):
+        sheet.paste(images.fromarray(panel), (k * style.width, 0))
+        write_caption(sheet, view.caption, (k + 0.5) * style.width, height)
     return sheet
+
+
+def crop(panels: list[NDArray[np.uint8]], margin: int = 16) -> list[NDArray[np.uint8]]:
+    """Cut the rows off that are blank in all panels, but for a margin."""
+    drawn = np.any([(panel != panel[0, 0]).any(axis=(1, 2)) for panel in panels], axis=0)
+    rows = np.flatnonzero(drawn)
+    if not len(rows):
+        return panels
+    low, high = max(int(rows[0]) - margin, 0), int(rows[-1]) + 1 + margin
+    return [panel[low:high] for panel in panels]
 
 
 @dataclass(frozen=True)
@@ -160,28 +174,53 @@ def shade(view: View, camera: Camera, style: Style) -> NDArray[np.uint8]:
     colour[:] = style.paper
     pixels = np.flatnonzero(owner >= 0)
     face = owner[pixels]
-    lit = np.outer(light(view, camera), style.wall).astype(np.float32)[face]
-    apart = distance_to_edges(corners[:, :, :2], face, pixels % columns, pixels // columns)
-    half = style.line * style.samples / 2
-    ink = 0.62 * np.clip(half + 0.5 - apart, 0.0, 1.0)[:, None]
-    colour[pixels] = lit * (1 - ink) + np.array(style.ink) * ink
+    colour[pixels] = light(view, camera, style)[face]
+    apart = distances_to_edges(corners[:, :, :2], face, pixels % columns, pixels // columns)
+    crease = creases(view)[face]
+    for k in range(3):
+        width = np.where(crease[:, k], style.crease, style.line) * style.samples / 2
+        strength = np.where(crease[:, k], 0.9, 0.45) * np.clip(width + 0.5 - apart[k], 0.0, 1.0)
+        colour[pixels] += (np.array(style.ink) - colour[pixels]) * strength[:, None]
     blocks = colour.reshape(style.height, style.samples, style.width, style.samples, 3)
     return to_levels(blocks.mean(axis=(1, 3))[::-1])
 
 
-def light(view: View, camera: Camera) -> Floats:
-    """Brightness of each face: a sun from the upper left, the sky, and a little from the eye."""
+def unit_normals(view: View) -> Floats:
+    """Unit normal of each face, zero where it has no area."""
     a, b, c = (view.points[view.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
-    normal /= np.where(length > 0, length, 1.0)[:, None]
+    return np.asarray(normal / np.where(length > 0, length, 1.0)[:, None])
+
+
+def light(view: View, camera: Camera, style: Style) -> Floats:
+    """Colour of each face: a warm sun from the upper left, a cool sky, and a little from the ground."""
+    normal = unit_normals(view)
     # A face seen from behind (an open or badly turned mesh) is lit as if it were turned.
     eye = camera.target + camera.distance * camera.axes[2]
-    normal[np.einsum("ij,ij->i", normal, eye - a) < 0] *= -1
-    sun = -0.45 * camera.axes[0] + 0.25 * camera.axes[2] + np.array([0.0, 0.0, 0.75])
+    behind = np.einsum("ij,ij->i", normal, eye - view.points[view.faces[:, 0]]) < 0
+    normal[behind] *= -1
+    right, _, toward = camera.axes
+    sun = -0.5 * right + 0.62 * toward + np.array([0.0, 0.0, 0.45])
     sun /= np.linalg.norm(sun)
-    brightness: Floats = 0.46 + 0.14 * normal[:, 2] + 0.44 * np.clip(normal @ sun, 0.0, 1.0)
-    return np.clip(brightness, 0.0, 1.05)
+    direct = np.clip(normal @ sun, 0.0, 1.0)[:, None] * np.array([0.56, 0.52, 0.44])
+    sky = (0.5 + 0.5 * normal[:, 2:]) * np.array([0.12, 0.14, 0.18])
+    return np.asarray(np.clip((0.42 + direct + sky) * np.array(style.wall), 0.0, 1.0))
+
+
+def creases(view: View) -> NDArray[np.bool_]:
+    """Per face, whether its three edges are sharp, open, or shared by more than two faces; (m, 3)."""
+    places = np.unique(view.points, axis=0, return_inverse=True)[1].reshape(-1)[view.faces]
+    halfedges = np.sort(np.stack([places, np.roll(places, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edge, uses = np.unique(halfedges, axis=0, return_inverse=True, return_counts=True)[1:]
+    edge = edge.reshape(-1)
+    order = np.argsort(edge, kind="stable")
+    starts = np.cumsum(uses) - uses
+    first, last = order[starts] // 3, order[starts + uses - 1] // 3
+    normal = unit_normals(view)
+    bend = np.einsum("ij,ij->i", normal[first], normal[last])
+    sharp = (uses != 2) | (np.abs(bend) < np.cos(np.radians(CREASE_DEGREES)))
+    return np.asarray(sharp[edge].reshape(-1, 3))
 
 
 def nearest_faces(corners: Floats, columns: int, rows: int) -> Integers:
@@ -246,14 +285,14 @@ def edge_function(corners: Floats, face: Integers, k: int, x: Integers, y: Integ
     return area
 
 
-def distance_to_edges(flat: Floats, face: Integers, x: Integers, y: Integers) -> Floats:
-    """Distance of each sample's centre to the nearest edge of its face, in samples."""
-    nearest = np.full(len(face), np.inf)
+def distances_to_edges(flat: Floats, face: Integers, x: Integers, y: Integers) -> list[Floats]:
+    """Distance of each sample's centre to the three edges of its face, in samples."""
+    found = []
     for k in range(3):
         length = np.linalg.norm(flat[:, (k + 1) % 3] - flat[:, k], axis=1)
         length[length == 0] = 1.0
-        nearest = np.minimum(nearest, np.abs(edge_function(flat, face, k, x, y)) / length[face])
-    return nearest
+        found.append(np.abs(edge_function(flat, face, k, x, y)) / length[face])
+    return found
 
 
 def write_caption(sheet: Image, caption: str, middle: float, top: int) -> None:
