@@ -1,6 +1,249 @@
 // The only file that knows Python: casts arrays at the boundary and calls the kernels.
 #include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include "facets.hpp"
+#include "halfedges.hpp"
+#include "orient.hpp"
+#include "outlines.hpp"
+#include "retriangulate.hpp"
+#include "rows.hpp"
+#include "thin.hpp"
+#include "weld.hpp"
 
 namespace nb = nanobind;
+using namespace nb::literals;
 
-NB_MODULE(_core, m) { m.doc() = "bldsimp's kernels"; }
+namespace bldsimp {
+namespace {
+
+template <class T, class Shape>
+using In = nb::ndarray<const T, Shape, nb::c_contig, nb::device::cpu>;
+using Points3 = In<double, nb::shape<-1, 3>>;
+using Faces3 = In<Index, nb::shape<-1, 3>>;
+using Pairs = In<Index, nb::shape<-1, 2>>;
+using Indices = In<Index, nb::shape<-1>>;
+using Doubles = In<double, nb::shape<-1>>;
+using Bytes = In<std::uint8_t, nb::shape<-1>>;
+
+// Rows of a C-contiguous array seen as the structs that the kernels use.
+template <class Struct, class Array>
+std::span<const Struct> rows(const Array& array) {
+  return {reinterpret_cast<const Struct*>(array.data()), array.shape(0)};
+}
+template <class T>
+std::span<const T> flat(const In<T, nb::shape<-1>>& array) {
+  return {array.data(), array.shape(0)};
+}
+
+// Hands a vector over to NumPy without a copy; `Scalar` is what its items are made of.
+template <class Scalar, class Item>
+auto give(std::vector<Item>&& items) {
+  auto* owned = new std::vector<Item>(std::move(items));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<Item>*>(p); });
+  constexpr std::size_t width = sizeof(Item) / sizeof(Scalar);
+  auto* data = reinterpret_cast<Scalar*>(owned->data());
+  if constexpr (width == 1)
+    return nb::ndarray<nb::numpy, Scalar>(data, {owned->size()}, owner);
+  else
+    return nb::ndarray<nb::numpy, Scalar>(data, {owned->size(), width}, owner);
+}
+
+// A read-only view of a vector inside a kernel's result, which it keeps alive.
+template <class Scalar, class Item>
+auto view(nb::handle owner, const std::vector<Item>& items) {
+  constexpr std::size_t width = sizeof(Item) / sizeof(Scalar);
+  auto* data = reinterpret_cast<const Scalar*>(items.data());
+  if constexpr (width == 1)
+    return nb::ndarray<nb::numpy, const Scalar>(data, {items.size()}, owner);
+  else
+    return nb::ndarray<nb::numpy, const Scalar>(data, {items.size(), width}, owner);
+}
+
+template <class Scalar, class Result, class Item, class Class>
+void def_view(Class& c, const char* name, std::vector<Item> Result::*member) {
+  c.def_prop_ro(name, [member](nb::handle self) {
+    return view<Scalar>(self, nb::cast<const Result&>(self).*member);
+  });
+}
+
+void bind_mesh(nb::module_& m) {
+  nb::class_<Welded> welded(m, "Welded");
+  def_view<double>(welded, "points", &Welded::points);
+  def_view<Index>(welded, "point_of_row", &Welded::point_of_row);
+  def_view<Index>(welded, "faces", &Welded::faces);
+  def_view<Index>(welded, "rows", &Welded::rows);
+  def_view<Index>(welded, "source", &Welded::source);
+  welded.def_ro("degenerate", &Welded::degenerate)
+      .def_ro("duplicate", &Welded::duplicate)
+      .def_ro("moved", &Welded::moved);
+  m.def(
+      "weld",
+      [](Points3 points, Faces3 faces, double distance) {
+        nb::gil_scoped_release release;
+        return weld(rows<Vec3>(points), rows<Face>(faces), distance);
+      },
+      "points"_a, "faces"_a, "distance"_a);
+
+  m.def(
+      "find_turned",
+      [](Points3 points, Faces3 faces, Bytes fixed) {
+        std::vector<Index> turned;
+        {
+          nb::gil_scoped_release release;
+          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), flat(fixed));
+        }
+        return give<Index>(std::move(turned));
+      },
+      "points"_a, "faces"_a, "fixed"_a);
+
+  nb::class_<Halfedges> halfedges(m, "Halfedges");
+  def_view<Index>(halfedges, "twin", &Halfedges::twin);
+  def_view<Index>(halfedges, "group_start", &Halfedges::group_start);
+  def_view<Index>(halfedges, "group_members", &Halfedges::group_members);
+  m.def(
+      "pair_halfedges",
+      [](Points3 points, Faces3 faces, Indices row_of_corner, double width) {
+        nb::gil_scoped_release release;
+        return pair_halfedges(rows<Vec3>(points), rows<Face>(faces), flat(row_of_corner), width);
+      },
+      "points"_a, "faces"_a, "row_of_corner"_a, "width"_a);
+
+  nb::class_<Facets> facets(m, "Facets");
+  def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
+  def_view<double>(facets, "planes", &Facets::planes);
+  m.def(
+      "find_facets",
+      [](Points3 points, Faces3 faces, const Halfedges& h, Indices label, std::tuple<double, double, double> origin,
+         double width, double needle) {
+        nb::gil_scoped_release release;
+        const auto [x, y, z] = origin;
+        return find_facets(rows<Vec3>(points), rows<Face>(faces), h.twin, flat(label), {x, y, z}, {width, needle});
+      },
+      "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
+
+  nb::class_<Outlines> outlines(m, "Outlines");
+  def_view<Index>(outlines, "chain_start", &Outlines::chain_start);
+  def_view<Index>(outlines, "chain_points", &Outlines::chain_points);
+  def_view<Index>(outlines, "use_start", &Outlines::use_start);
+  def_view<std::uint8_t>(outlines, "is_corner", &Outlines::is_corner);
+  def_view<Index>(outlines, "inner", &Outlines::inner);
+  def_view<Index>(outlines, "doubled", &Outlines::doubled);
+  outlines.def_prop_ro("use_facet", [](const Outlines& o) {
+    std::vector<Index> facet;
+    for (const Use& use : o.uses) facet.push_back(use.facet);
+    return give<Index>(std::move(facet));
+  }, nb::rv_policy::automatic);
+  outlines.def_prop_ro("use_forward", [](const Outlines& o) {
+    std::vector<std::uint8_t> forward;
+    for (const Use& use : o.uses) forward.push_back(use.forward);
+    return give<std::uint8_t>(std::move(forward));
+  }, nb::rv_policy::automatic);
+  m.def(
+      "trace_outlines",
+      [](Faces3 faces, Index point_count, const Halfedges& h, Indices facet_of_face, Bytes frozen) {
+        nb::gil_scoped_release release;
+        return trace_outlines(rows<Face>(faces), point_count, h, flat(facet_of_face), flat(frozen));
+      },
+      "faces"_a, "point_count"_a, "halfedges"_a, "facet_of_face"_a, "frozen"_a);
+
+  m.def(
+      "thin_chains",
+      [](Points3 points, const Outlines& o, Doubles limit, Bytes keep) {
+        std::vector<std::uint8_t> kept(keep.data(), keep.data() + keep.shape(0));
+        {
+          nb::gil_scoped_release release;
+          thin_chains(rows<Vec3>(points), o, flat(limit), kept);
+        }
+        return give<std::uint8_t>(std::move(kept));
+      },
+      "points"_a, "outlines"_a, "limit"_a, "keep"_a);
+
+  nb::class_<std::vector<Piece>> pieces(m, "Pieces");
+  const auto piece_column = [&](const char* name, Index Piece::*member) {
+    pieces.def_prop_ro(name, [member](const std::vector<Piece>& all) {
+      std::vector<Index> column;
+      for (const Piece& piece : all) column.push_back(piece.*member);
+      return give<Index>(std::move(column));
+    }, nb::rv_policy::automatic);
+  };
+  piece_column("begin", &Piece::from);
+  piece_column("end", &Piece::to);
+  piece_column("chain", &Piece::chain);
+  piece_column("farthest", &Piece::farthest);
+  pieces.def_prop_ro("deviation", [](const std::vector<Piece>& all) {
+    std::vector<double> column;
+    for (const Piece& piece : all) column.push_back(piece.deviation);
+    return give<double>(std::move(column));
+  }, nb::rv_policy::automatic);
+  m.def(
+      "lay_pieces",
+      [](Points3 points, const Outlines& o, Bytes kept) {
+        nb::gil_scoped_release release;
+        return lay_pieces(rows<Vec3>(points), o, flat(kept));
+      },
+      "points"_a, "outlines"_a, "kept"_a);
+
+  nb::class_<PieceEdges> edges(m, "PieceEdges");
+  def_view<Index>(edges, "edges", &PieceEdges::edges);
+  def_view<Index>(edges, "clashing", &PieceEdges::clashing);
+  edges.def_ro("healed", &PieceEdges::healed);
+  m.def(
+      "merge_pieces",
+      [](const std::vector<Piece>& all, const Outlines& o) {
+        nb::gil_scoped_release release;
+        return merge_pieces(all, o);
+      },
+      "pieces"_a, "outlines"_a);
+
+  nb::class_<Patches> patches(m, "Patches");
+  def_view<Index>(patches, "triangles", &Patches::triangles);
+  def_view<Index>(patches, "facet_of_triangle", &Patches::facet_of_triangle);
+  def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
+  def_view<Index>(patches, "put_back", &Patches::put_back);
+  m.def(
+      "retriangulate",
+      [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
+         const std::vector<Piece>& all, Bytes kept, Indices wanted, Bytes keep) {
+        nb::gil_scoped_release release;
+        const FacetParts parts{rows<Vec3>(points), rows<Face>(faces), flat(face_start), flat(face_order),
+                               f.planes, o, all, flat(kept)};
+        return retriangulate(parts, flat(wanted), flat(keep));
+      },
+      "points"_a, "faces"_a, "face_start"_a, "face_order"_a, "facets"_a, "outlines"_a, "pieces"_a, "kept"_a,
+      "wanted"_a, "keep"_a);
+  m.def(
+      "find_misfits",
+      [](Faces3 triangles, Indices facet_of_triangle, const PieceEdges& expected, Bytes keep, const Outlines& o) {
+        std::vector<Index> blamed;
+        {
+          nb::gil_scoped_release release;
+          blamed = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.doubled);
+        }
+        return give<Index>(std::move(blamed));
+      },
+      "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
+  m.def(
+      "find_rows",
+      [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, Faces3 face_rows, Indices facet_of_face,
+         Bytes kept) {
+        std::vector<Face> found;
+        {
+          nb::gil_scoped_release release;
+          found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces),
+                            rows<Face>(face_rows), flat(facet_of_face), flat(kept));
+        }
+        return give<Index>(std::move(found));
+      },
+      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "face_rows"_a, "facet_of_face"_a, "kept"_a);
+}
+
+}  // namespace
+}  // namespace bldsimp
+
+NB_MODULE(_core, m) {
+  m.doc() = "bldsimp's kernels";
+  bldsimp::bind_mesh(m);
+}
