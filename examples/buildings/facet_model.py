@@ -30,7 +30,7 @@ def rectangle(left: float, bottom: float, right: float, top: float) -> list[tupl
 
 def dot(a: Vector, b: Vector) -> float:
     """Scalar product, summed in one fixed order (a linear-algebra library may choose its own)."""
-    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+    return float(sum(x * y for x, y in zip(a, b, strict=True)))
 
 
 @dataclass(frozen=True)

@@ -122,13 +122,14 @@ def side(a: Points, b: Points, c: Points) -> Points:
 def blocked(flat: Points, segments: Faces, pair: tuple[int, int]) -> bool:
     """Whether a diagonal crosses a segment or runs through a point."""
     a, b = flat[pair[0]], flat[pair[1]]
-    offset, along = flat - a, b - a
-    share = (offset * along).sum(axis=1)
-    if np.any((side(a, b, flat) == 0) & (share > 1e-9) & (share < (along * along).sum() - 1e-9)):
+    sides = side(a, b, flat)
+    on_line = flat[sides == 0] - a
+    share, length = (on_line * (b - a)).sum(axis=1), dot(b - a, b - a)
+    if np.any((share > 1e-9) & (share < length - 1e-9)):
         return True
-    c, d = flat[segments[:, 0]], flat[segments[:, 1]]
-    crossing = (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
-    return bool(np.any(crossing))
+    apart = segments[sides[segments[:, 0]] * sides[segments[:, 1]] < 0]
+    c, d = flat[apart[:, 0]], flat[apart[:, 1]]
+    return bool(np.any(side(c, d, a) * side(c, d, b) < 0))
 
 
 def inside(flat: Points, outline: Faces, point: Points) -> bool:
