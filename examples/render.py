@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from PIL.Image import Dither
 
 from bldsimp.compare.picture import Style, View, picture
 
@@ -43,7 +44,8 @@ def main() -> None:
     options = parser.parse_args()
     style = Style(azimuth=options.azimuth, elevation=options.elevation)
     views = [read(options.before, "before"), read(options.after, "after")]
-    picture(views, style).save(options.target, optimize=True)
+    # A palette makes the file a third as large; the shades of flat facets are few.
+    picture(views, style).quantize(128, dither=Dither.NONE).save(options.target, optimize=True)
 
 
 if __name__ == "__main__":

@@ -201,11 +201,11 @@ def light(view: View, camera: Camera, style: Style) -> Floats:
     behind = np.einsum("ij,ij->i", normal, eye - view.points[view.faces[:, 0]]) < 0
     normal[behind] *= -1
     right, _, toward = camera.axes
-    sun = -0.5 * right + 0.62 * toward + np.array([0.0, 0.0, 0.45])
+    sun = -0.35 * right + 0.62 * toward + np.array([0.0, 0.0, 0.45])
     sun /= np.linalg.norm(sun)
-    direct = np.clip(normal @ sun, 0.0, 1.0)[:, None] * np.array([0.56, 0.52, 0.44])
+    direct = np.clip(normal @ sun, 0.0, 1.0)[:, None] * np.array([0.53, 0.49, 0.42])
     sky = (0.5 + 0.5 * normal[:, 2:]) * np.array([0.12, 0.14, 0.18])
-    return np.asarray(np.clip((0.42 + direct + sky) * np.array(style.wall), 0.0, 1.0))
+    return np.asarray(np.clip((0.45 + direct + sky) * np.array(style.wall), 0.0, 1.0))
 
 
 def creases(view: View) -> NDArray[np.bool_]:
