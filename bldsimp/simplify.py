@@ -92,7 +92,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, *, weld: float = 0.0, drop_attri
     facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle)
     frozen = np.zeros(len(facets.planes), np.uint8)
     frozen[facets.facet_of_face[pinned]] = 1
-    outlines = _core.trace_outlines(faces, len(points), halfedges, facets.facet_of_face, frozen)
+    outlines = _core.trace_outlines(faces, len(points), halfedges, facets, frozen)
     assembled = climb(points, faces, facets, outlines, within, frozen)
     light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, part, passed_on)
     moved = assembled.deviation.max(initial=0.0) + welded.moved
@@ -116,7 +116,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, *, weld: float = 0.0, drop_attri
 
 def _orient(welded: _core.Welded, pinned: NDArray[np.bool_]) -> tuple[Faces, Faces, int]:
     """Faces and their rows with consistent, outward winding, and how many faces that turned."""
-    turned = _core.find_turned(welded.points, welded.faces, pinned.astype(np.uint8))
+    turned = _core.find_turned(welded.points, welded.faces, welded.rows, pinned.astype(np.uint8))
     if not len(turned):
         return welded.faces, welded.rows, 0
     faces, rows = welded.faces.copy(), welded.rows.copy()

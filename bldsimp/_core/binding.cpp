@@ -89,15 +89,15 @@ void bind_mesh(nb::module_& m) {
 
   m.def(
       "find_turned",
-      [](Points3 points, Faces3 faces, Bytes fixed) {
+      [](Points3 points, Faces3 faces, Faces3 face_rows, Bytes fixed) {
         std::vector<Index> turned;
         {
           nb::gil_scoped_release release;
-          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), flat(fixed));
+          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), rows<Face>(face_rows), flat(fixed));
         }
         return give<Index>(std::move(turned));
       },
-      "points"_a, "faces"_a, "fixed"_a);
+      "points"_a, "faces"_a, "face_rows"_a, "fixed"_a);
 
   nb::class_<Halfedges> halfedges(m, "Halfedges");
   def_view<Index>(halfedges, "twin", &Halfedges::twin);
@@ -130,7 +130,7 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(outlines, "use_start", &Outlines::use_start);
   def_view<std::uint8_t>(outlines, "is_corner", &Outlines::is_corner);
   def_view<Index>(outlines, "inner", &Outlines::inner);
-  def_view<Index>(outlines, "doubled", &Outlines::doubled);
+  def_view<Index>(outlines, "back", &Outlines::back);
   outlines.def_prop_ro("use_facet", [](const Outlines& o) {
     std::vector<Index> facet;
     for (const Use& use : o.uses) facet.push_back(use.facet);
@@ -143,11 +143,11 @@ void bind_mesh(nb::module_& m) {
   }, nb::rv_policy::automatic);
   m.def(
       "trace_outlines",
-      [](Faces3 faces, Index point_count, const Halfedges& h, Indices facet_of_face, Bytes frozen) {
+      [](Faces3 faces, Index point_count, const Halfedges& h, const Facets& f, Bytes frozen) {
         nb::gil_scoped_release release;
-        return trace_outlines(rows<Face>(faces), point_count, h, flat(facet_of_face), flat(frozen));
+        return trace_outlines(rows<Face>(faces), point_count, h, f.facet_of_face, flat(frozen));
       },
-      "faces"_a, "point_count"_a, "halfedges"_a, "facet_of_face"_a, "frozen"_a);
+      "faces"_a, "point_count"_a, "halfedges"_a, "facets"_a, "frozen"_a);
 
   m.def(
       "thin_chains",
@@ -220,7 +220,7 @@ void bind_mesh(nb::module_& m) {
         std::vector<Index> blamed;
         {
           nb::gil_scoped_release release;
-          blamed = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.doubled);
+          blamed = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.back);
         }
         return give<Index>(std::move(blamed));
       },

@@ -15,13 +15,15 @@ struct Component {
 
 class Orienter {
  public:
-  Orienter(std::span<const Vec3> points, std::span<const Face> faces, std::span<const std::uint8_t> fixed)
+  Orienter(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Face> rows,
+           std::span<const std::uint8_t> fixed)
       : points_(points), faces_(faces), fixed_(fixed), mate_(3 * faces.size(), -1), turned_(faces.size(), 0),
         component_(faces.size(), -1) {
     for_each_edge(faces, static_cast<Index>(points.size()), [&](std::span<const Index> edge) {
-      if (edge.size() != 2) return;
-      mate_[edge[0]] = edge[1];
-      mate_[edge[1]] = edge[0];
+      if (edge.size() == 2)
+        mate(edge[0], edge[1]);
+      else
+        mate_by_rows(edge, rows);
     });
   }
 
@@ -42,6 +44,24 @@ class Orienter {
   Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
   Vec3 area_vector(Index f) const { return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0)); }
   bool runs_forward(Index h) const { return (origin(faces_, h) < target(faces_, h)) != (turned_[h / 3] != 0); }
+
+  void mate(Index g, Index h) {
+    mate_[g] = h;
+    mate_[h] = g;
+  }
+
+  void mate_by_rows(std::span<const Index> edge, std::span<const Face> rows) {
+    const auto key = [&](Index h) { return std::minmax({origin(rows, h), target(rows, h)}); };
+    for (const Index h : edge) {
+      Index found = -1, matches = 0;
+      for (const Index g : edge) {
+        if (g == h || key(g) != key(h)) continue;
+        found = g;
+        ++matches;
+      }
+      if (matches == 1) mate(h, found);
+    }
+  }
 
   void spread_from(Index first) {
     const Index c = static_cast<Index>(components_.size());
@@ -130,8 +150,8 @@ class Orienter {
 }  // namespace
 
 std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces,
-                               std::span<const std::uint8_t> fixed) {
-  return Orienter(points, faces, fixed).find();
+                               std::span<const Face> rows, std::span<const std::uint8_t> fixed) {
+  return Orienter(points, faces, rows, fixed).find();
 }
 
 }  // namespace bldsimp

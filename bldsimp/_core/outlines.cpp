@@ -1,7 +1,6 @@
 #include "outlines.hpp"
 
-#include <algorithm>
-#include <numeric>
+#include "edges.hpp"
 
 namespace bldsimp {
 namespace {
@@ -13,6 +12,7 @@ class Tracer {
       : faces_(faces), points_(point_count), halfedges_(halfedges), facet_(facet_of_face), frozen_(frozen) {}
 
   Outlines trace() {
+    find_backs();
     mark_outline_edges();
     collect_edges();
     find_corners();
@@ -23,8 +23,8 @@ class Tracer {
  private:
   enum Flag : std::uint8_t { outline = 1, grouped = 2 };
 
-  Index origin(Index h) const { return faces_[h / 3][h % 3]; }
-  Index end(Index h) const { return faces_[h / 3][next_halfedge(h) % 3]; }
+  Index origin(Index h) const { return bldsimp::origin(faces_, h); }
+  Index end(Index h) const { return target(faces_, h); }
   Index facet(Index h) const { return facet_[h / 3]; }
 
   bool inside_facet(Index h) const {
@@ -32,26 +32,42 @@ class Tracer {
     return t >= 0 && facet(h) == facet(t) && !frozen_[facet(h)];
   }
 
-  // An edge that more than two faces share lies inside facets only if all of them pair up there: else
-  // the sheets that meet would come apart.
+  // The face with the same points the other way round stands next to a face in the order of `weld`.
+  Index back_of_face(Index f) const {
+    for (const Index g : {f - 1, f + 1})
+      if (g >= 0 && g < static_cast<Index>(faces_.size()) && faces_[g][0] == faces_[f][0] &&
+          faces_[g][1] == faces_[f][2] && faces_[g][2] == faces_[f][1])
+        return g;
+    return -1;
+  }
+
+  void find_backs() {
+    constexpr Index unknown = -2;
+    auto& back = outlines_.back;
+    back.assign(frozen_.size(), unknown);
+    for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f) {
+      const Index g = back_of_face(f);
+      const Index facet = g < 0 ? -1 : facet_[g];
+      Index& known = back[facet_[f]];
+      known = known == unknown || known == facet ? facet : -1;
+    }
+    for (std::size_t f = 0; f < back.size(); ++f)
+      if (back[f] >= 0 && back[back[f]] != static_cast<Index>(f)) back[f] = -1;
+  }
+
+  // An edge that more than two faces share is a chain, so that the sheets that meet there do not come
+  // apart, unless these are the two sides of one sheet.
   void mark_outline_edges() {
     flags_.assign(halfedges_.twin.size(), 0);
     for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
       if (!inside_facet(h)) flags_[h] = outline;
     for_groups([&](std::span<const Index> group) {
-      const bool any = std::any_of(group.begin(), group.end(), [&](Index h) { return flags_[h] != 0; });
-      for (const Index h : group) flags_[h] = any ? grouped | outline : grouped;
-      if (!any) note_doubled(group);
+      const bool inside = std::all_of(group.begin(), group.end(), [&](Index h) {
+        return flags_[h] == 0 && outlines_.back[facet(h)] >= 0 &&
+               (facet(h) == facet(group[0]) || facet(h) == outlines_.back[facet(group[0])]);
+      });
+      for (const Index h : group) flags_[h] = inside ? grouped : grouped | outline;
     });
-    auto& doubled = outlines_.doubled;
-    std::sort(doubled.begin(), doubled.end());
-    doubled.erase(std::unique(doubled.begin(), doubled.end()), doubled.end());
-  }
-
-  void note_doubled(std::span<const Index> group) {
-    for (const Index h : group)
-      for (const Index g : group)
-        if (facet(h) < facet(g)) outlines_.doubled.push_back({facet(h), facet(g)});
   }
 
   template <class Visit>

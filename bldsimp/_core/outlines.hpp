@@ -26,11 +26,12 @@ struct Outlines {
   std::vector<std::uint8_t> is_corner;  // per point: an end of a chain, or a point that must stay
   // Points that must stay inside a facet although no chain of it passes them: two sheets touch there.
   std::vector<std::array<Index, 2>> inner;  // {facet, point}, sorted
-  // Pairs of facets that share edges inside both: the two sheets of a doubled wall.
-  std::vector<std::array<Index, 2>> doubled;  // lower facet first, sorted
+  // Per facet the facet that has the same faces the other way round (a two-sided sheet), or -1.
+  std::vector<Index> back;
 };
 
-// `frozen` facets keep all their points, so all their edges are chains. O(halfedges).
+// `frozen` has a flag for each facet; such facets keep all their points, so all their edges are chains.
+// `faces` are in the order of `weld`. O(halfedges).
 Outlines trace_outlines(std::span<const Face> faces, Index point_count, const Halfedges& halfedges,
                         std::span<const Index> facet_of_face, std::span<const std::uint8_t> frozen);
 

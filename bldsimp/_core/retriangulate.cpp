@@ -250,7 +250,7 @@ Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, st
 
 std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
                                 const PieceEdges& expected, std::span<const std::uint8_t> keep,
-                                std::span<const std::array<Index, 2>> doubled) {
+                                std::span<const Index> back) {
   const std::vector<EdgeUse> uses = edge_uses(triangles, facet_of_triangle);
   std::vector<Index> blamed;
   const auto blame = [&](Index facet) {
@@ -285,8 +285,7 @@ std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const
     }
     const bool right =
         all_inner(found) &&
-        (found.size() == 2 || (found.size() == 4 && std::binary_search(doubled.begin(), doubled.end(),
-                                                                       std::array{found[0].use.facet, found[2].use.facet})));
+        (found.size() == 2 || (found.size() == 4 && back[found[0].use.facet] == found[2].use.facet));
     if (!right)
       for (const EdgeUse& use : found) blame(use.use.facet);
   }

@@ -44,10 +44,10 @@ struct FacetParts {
 Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep);
 
 // Facets (sorted) whose triangles do not use the edges as they must: piece edges as `expected` tells, all
-// others once each way by one facet. Facets in `keep` are never blamed. `doubled` are pairs of facets
-// (lower first, sorted) that share inner edges in the input and may do so again.
+// others once each way by one facet, or by a facet and its back (see Outlines). Facets in `keep` are never
+// blamed.
 std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
                                 const PieceEdges& expected, std::span<const std::uint8_t> keep,
-                                std::span<const std::array<Index, 2>> doubled);
+                                std::span<const Index> back);
 
 }  // namespace bldsimp

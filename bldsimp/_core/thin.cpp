@@ -175,11 +175,13 @@ PieceEdges merge_pieces(std::span<const Piece> pieces, const Outlines& outlines)
     if (same.size() > 1) {
       const std::vector<Use> remaining = cancel_opposites(uses);
       const bool joined = remaining.size() == 2 && remaining[0].forward != remaining[1].forward;
-      if (!joined && uses.size() > 2) {
+      const bool closed_slit = uses.size() == 2 && remaining.empty();
+      if (joined || closed_slit) {
+        ++result.healed;
+      } else {
         for (const Index i : same)
           if (pieces[i].farthest >= 0) result.clashing.push_back(pieces[i].farthest);
       }
-      if (uses.size() == 2) ++result.healed;
       if (joined) uses = remaining;
     }
     result.edges.push_back({ends(same[0]).first, ends(same[0]).second});

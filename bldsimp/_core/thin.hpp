@@ -33,7 +33,7 @@ struct PieceEdges {
   std::vector<Index> use_start{0};
   std::vector<Use> uses;        // forward: from the lower to the upper end; sorted
   std::vector<Index> clashing;  // points to put back, sorted
-  Index healed = 0;             // edges where two borders were laid on one another
+  Index healed = 0;             // edges that were laid on one another so
 };
 
 // Pieces of different chains that share both ends are one edge. That is right only if, once opposite

@@ -1,0 +1,86 @@
+// Step 6 and the result: carves away what lies outside the rings, and numbers what stays.
+#include <algorithm>
+
+#include "cdt.hpp"
+
+namespace bldsimp {
+
+// Labels each triangle with the least number of pieces, counted where an odd number of segments runs
+// along them, between it and the outside. For closed rings its parity is that of every way out, so
+// this is the flood fill that counts ring crossings; for open chains it is still unique.
+void Triangulator::number_layers() {
+  layer_.clear();
+  next_layer_.clear();
+  for (Index t = 0; t < net_.size(); ++t) {
+    net_.label(t) = net_.ghost(t) ? 0 : -1;
+    if (net_.ghost(t)) layer_.push_back(t);
+  }
+  for (Index depth = 0; !layer_.empty(); ++depth) {
+    while (!layer_.empty()) {
+      const Index t = layer_.back();
+      layer_.pop_back();
+      for (Index h = 4 * t; h < 4 * t + 3; ++h) {
+        const Index across = Net::triangle(net_.twin(h));
+        if (net_.label(across) >= 0) continue;
+        const Index uses = net_.mark(h);
+        if (uses >= 0 && use_[uses].count % 2 == 1) {
+          next_layer_.push_back(across);
+          continue;
+        }
+        net_.label(across) = depth;
+        layer_.push_back(across);
+      }
+    }
+    for (const Index t : next_layer_)
+      if (net_.label(t) < 0) {
+        net_.label(t) = depth + 1;
+        layer_.push_back(t);
+      }
+    next_layer_.clear();
+  }
+}
+
+void Triangulator::emit(bool carve) {
+  if (carve && use_.empty()) return;
+  if (carve) number_layers();
+  Index count = 0;
+  for (Index t = 0; t < net_.size(); ++t) {
+    const bool kept = !net_.ghost(t) && (!carve || net_.label(t) % 2 == 1);
+    net_.label(t) = kept ? count++ : -1;
+  }
+  triangles_.resize(count);
+  neighbours_.resize(count);
+  for (Index t = 0; t < net_.size(); ++t) {
+    const Index row = net_.label(t);
+    if (row < 0) continue;
+    for (Index i = 0; i < 3; ++i) {
+      triangles_[row][i] = input_[net_.origin(4 * t + i)];
+      neighbours_[row][(i + 2) % 3] = net_.label(Net::triangle(net_.twin(4 * t + i)));
+    }
+  }
+}
+
+// Sorted by segment, and along each from its first end to its second.
+void Triangulator::emit_pieces(std::span<const Segment> segments) {
+  if (use_.empty()) return;
+  for (Index t = 0; t < net_.size(); ++t)
+    for (Index h = 4 * t; h < 4 * t + 3; ++h) {
+      if (h > net_.twin(h)) continue;
+      for (Index use = net_.mark(h); use >= 0; use = use_[use].next)
+        pieces_.push_back({input_[net_.origin(h)], input_[net_.target(h)], use_[use].segment});
+    }
+  for (Piece& piece : pieces_) {
+    const auto& [from, to] = segments[piece.segment];
+    const bool rising = lexicographically_less(points_[from], points_[to]);
+    if (lexicographically_less(points_[piece.a], points_[piece.b]) != rising) std::swap(piece.a, piece.b);
+  }
+  std::sort(pieces_.begin(), pieces_.end(), [&](const Piece& p, const Piece& q) {
+    if (p.segment != q.segment) return p.segment < q.segment;
+    const auto& [from, to] = segments[p.segment];
+    const bool rising = lexicographically_less(points_[from], points_[to]);
+    return rising ? lexicographically_less(points_[p.a], points_[q.a])
+                  : lexicographically_less(points_[q.a], points_[p.a]);
+  });
+}
+
+}  // namespace bldsimp

@@ -1,0 +1,148 @@
+#include "cdt.hpp"
+
+#include <stdexcept>
+
+#include "legality.hpp"
+
+namespace bldsimp {
+
+Status Triangulator::run(std::span<const Point2> points, std::span<const Segment> segments,
+                         const TriangulateOptions& options) {
+  statistics_ = {};
+  crossing_ = {-1, -1};
+  pieces_.clear();
+  triangles_.clear();
+  neighbours_.clear();
+  merge_points(points, options.lift);
+  if (!insert_points()) return Status::done;
+  if (!constrain(segments, options)) return Status::crossing;
+  emit(options.carve);
+  emit_pieces(segments);
+  return Status::done;
+}
+
+// Sites are the distinct points in the order of insertion.
+void Triangulator::merge_points(std::span<const Point2> points, const double* lift) {
+  points_.assign(points.begin(), points.end());
+  site_.clear();
+  lift_.clear();
+  input_.clear();
+  site_of_input_.resize(points.size());
+  point_of_input_.resize(points.size());
+  for (const Index row : hilbert_.order(points)) {
+    if (site_.empty() || !(site_.back() == points[row])) {
+      site_.push_back(points[row]);
+      input_.push_back(row);
+      if (lift != nullptr) lift_.push_back(lift[row]);
+    }
+    site_of_input_[row] = static_cast<Index>(site_.size()) - 1;
+    point_of_input_[row] = input_.back();
+  }
+}
+
+// Steps 1 to 4. False where all points are collinear.
+bool Triangulator::insert_points() {
+  const auto count = static_cast<Index>(site_.size());
+  net_.clear(2 * site_.size() + 2);
+  Index third = 2;
+  int turn = 0;
+  while (third < count && (turn = orient2d(site_[0], site_[1], site_[third])) == 0) ++third;
+  if (third >= count) return false;
+  net_.found(0, turn > 0 ? 1 : third, turn > 0 ? third : 1);
+  Index last = 0;
+  for (Index site = 2; site < count; ++site)
+    if (site != third) last = insert<false>(site, locate(site_[site], last));
+  return true;
+}
+
+// Step 2: on which side of the halfedge the target is; the poles first, a predicate where they
+// cannot tell.
+int Triangulator::direction(Index h, const Point2& target) {
+  const Point2 &a = site_[net_.origin(h)], &b = site_[net_.target(h)];
+  if (const int by_poles = direction_by_poles(a, b, target); by_poles != 0) {
+    ++statistics_.by_poles;
+    return by_poles;
+  }
+  ++statistics_.by_determinant;
+  return orient2d(a, b, target);
+}
+
+// Step 3: from the triangle of `start` across the edge that sees the target on its other side. In
+// a Delaunay net no such walk returns to a triangle; in a constrained one it might, so it is bounded.
+Triangulator::Location Triangulator::locate(const Point2& target, Index start) {
+  ++statistics_.located;
+  Index h = start;
+  if (net_.ghost(Net::triangle(h))) {
+    while (net_.origin(h) < 0 || net_.target(h) < 0) h = Net::next(h);
+    h = net_.twin(h);
+  }
+  int here = direction(h, target);
+  if (here < 0) {
+    h = net_.twin(h);
+    here = 1;
+  }
+  for (Index steps = net_.size(); steps > 0; --steps) {
+    if (net_.apex(h) < 0) return {Place::outside, h};
+    const Index after = Net::next(h), before = Net::prev(h);
+    const int at_after = direction(after, target);
+    if (at_after < 0) {
+      h = net_.twin(after);
+      here = 1;
+      ++statistics_.walked;
+      continue;
+    }
+    const int at_before = direction(before, target);
+    if (at_before < 0) {
+      h = net_.twin(before);
+      here = 1;
+      ++statistics_.walked;
+      continue;
+    }
+    return settle(h, here, at_after, at_before);
+  }
+  return locate_by_scan(target);
+}
+
+// The target lies in the closed triangle of h; the directions of its edges say where.
+Triangulator::Location Triangulator::settle(Index h, int here, int at_after, int at_before) {
+  if (here == 0 && at_before == 0) return {Place::at_vertex, h};
+  if (here == 0 && at_after == 0) return {Place::at_vertex, Net::next(h)};
+  if (at_after == 0 && at_before == 0) return {Place::at_vertex, Net::prev(h)};
+  if (here == 0) return {Place::on_edge, h};
+  if (at_after == 0) return {Place::on_edge, Net::next(h)};
+  if (at_before == 0) return {Place::on_edge, Net::prev(h)};
+  return {Place::inside, h};
+}
+
+// Looks at every triangle: ends whatever the net.
+Triangulator::Location Triangulator::locate_by_scan(const Point2& target) {
+  for (Index t = 0; t < net_.size(); ++t) {
+    const Index h = 4 * t;
+    if (net_.ghost(t)) continue;
+    const int here = direction(h, target);
+    const int at_after = here < 0 ? -1 : direction(h + 1, target);
+    const int at_before = at_after < 0 ? -1 : direction(h + 2, target);
+    if (at_before >= 0) return settle(h, here, at_after, at_before);
+  }
+  for (Index h = 0; h < 4 * net_.size(); h = (h & 3) == 2 ? h + 2 : h + 1)
+    if (net_.apex(h) < 0 && direction(h, target) > 0) return {Place::outside, h};
+  throw std::logic_error("a point is in no triangle of the net");
+}
+
+// The criterion of (x, y, lift). Rounded lifts need not be convex, so the four must be.
+// Every flip lowers the lifted surface (with the ties' perturbation), hence flipping ends.
+bool Triangulator::lifted_wants_flip(Index p, Index a, Index b, Index q) const {
+  if (orient2d(site_[p], site_[a], site_[q]) <= 0 || orient2d(site_[q], site_[b], site_[p]) <= 0) return false;
+  const auto lifted = [&](Index i) { return Point3{site_[i].x, site_[i].y, lift_[i]}; };
+  const int side = orient3d(lifted(p), lifted(a), lifted(b), lifted(q));
+  return side > 0 || (side == 0 && holds_least(p, a, b, q));
+}
+
+// Whether the diagonal p-q holds the lexicographically least of the four points.
+bool Triangulator::holds_least(Index p, Index a, Index b, Index q) const {
+  const Point2& least_pq = lexicographically_less(site_[p], site_[q]) ? site_[p] : site_[q];
+  const Point2& least_ab = lexicographically_less(site_[a], site_[b]) ? site_[a] : site_[b];
+  return lexicographically_less(least_pq, least_ab);
+}
+
+}  // namespace bldsimp

@@ -1,0 +1,265 @@
+// Step 5: segments become edges by swapping diagonals in their influence domains.
+#include <algorithm>
+#include <stdexcept>
+
+#include "cdt.hpp"
+#include "legality.hpp"
+
+namespace bldsimp {
+namespace {
+
+// Whether v, collinear with a and b, lies on the same side of a as b.
+bool ahead(const Point2& a, const Point2& b, const Point2& v) {
+  return a.x != b.x ? (b.x > a.x) == (v.x > a.x) : (b.y > a.y) == (v.y > a.y);
+}
+
+}  // namespace
+
+// False where two segments cross that may not.
+bool Triangulator::constrain(std::span<const Segment> segments, const TriangulateOptions& options) {
+  collect_pending(segments);
+  if (pending_.empty()) return true;
+  net_.begin_marks(site_.size());
+  while (!pending_.empty()) {
+    const Pending segment = pending_.back();
+    pending_.pop_back();
+    Index from = segment.a;
+    Index crossed = -1;
+    while (from != segment.b && crossed < 0) from = realise({from, segment.b, segment.use}, crossed);
+    if (crossed < 0) continue;
+    if (!options.split_crossings) {
+      const Index other = use_[net_.mark(crossed)].segment;
+      crossing_ = {std::min(use_[segment.use].segment, other), std::max(use_[segment.use].segment, other)};
+      return false;
+    }
+    split_crossing({from, segment.b, segment.use}, crossed);
+  }
+  return true;
+}
+
+// In the order of their ends on the curve, whatever the order of the input: last first, since
+// pending segments are a stack.
+void Triangulator::collect_pending(std::span<const Segment> segments) {
+  use_.clear();
+  pending_.clear();
+  for (Index i = 0; i < static_cast<Index>(segments.size()); ++i) {
+    const Index a = site_of_input_[segments[i][0]], b = site_of_input_[segments[i][1]];
+    if (a == b) continue;
+    pending_.push_back({std::min(a, b), std::max(a, b), static_cast<Index>(use_.size())});
+    use_.push_back({i, -1, 1});
+  }
+  std::sort(pending_.begin(), pending_.end(), [](const Pending& s, const Pending& t) {
+    if (s.a != t.a) return s.a > t.a;
+    return s.b != t.b ? s.b > t.b : s.use > t.use;
+  });
+}
+
+// Makes an edge of the segment's piece from `segment.a` to the first point on it, and returns that
+// point; where a constraint is in the way, `crossed` names its halfedge and nothing has changed.
+Index Triangulator::realise(Pending segment, Index& crossed) {
+  Index edge = -1;
+  Index reached = -1;
+  const Index entered = enter(segment.a, segment.b, edge);
+  if (entered >= 0) {
+    reached = find_influence_domain(segment, entered, crossed);
+    if (crossed >= 0) return segment.a;
+    edge = swap_diagonals();
+  } else {
+    reached = net_.target(edge);
+  }
+  Index uses = net_.mark(edge);
+  for (Index use = segment.use; use >= 0; use = use_[use].next) {
+    use_.push_back({use_[use].segment, uses, uses < 0 ? 1 : use_[uses].count + 1});
+    uses = static_cast<Index>(use_.size()) - 1;
+  }
+  net_.set_mark(edge, uses);
+  if (entered >= 0) restore_delaunay();
+  return reached;
+}
+
+// Looks around a for the way to b: the halfedge that a-b crosses first, or -1 and in `edge` the
+// one from a that lies on a-b.
+Index Triangulator::enter(Index a, Index b, Index& edge) const {
+  const Index first = net_.leaving(a);
+  Index h = first;
+  do {
+    const Index u = net_.target(h), w = net_.apex(h);
+    if (u >= 0) {
+      const int side = orient2d(site_[a], site_[b], site_[u]);
+      if (side == 0 && ahead(site_[a], site_[b], site_[u])) {
+        edge = h;
+        return -1;
+      }
+      if (side < 0 && w >= 0 && orient2d(site_[a], site_[b], site_[w]) > 0) return Net::next(h);
+    }
+    h = net_.twin(Net::prev(h));
+  } while (h != first);
+  throw std::logic_error("no triangle around a point sees the end of its segment");
+}
+
+// Collects the triangles that the segment crosses, up to the first point on it, and the chain of
+// their edges on its left. Changes nothing in the net.
+Index Triangulator::find_influence_domain(Pending segment, Index entered, Index& crossed) {
+  const Point2 &a = site_[segment.a], &b = site_[segment.b];
+  chain_.assign(1, Net::next(entered));
+  domain_.assign(1, Net::triangle(entered));
+  for (Index h = entered;;) {
+    if (net_.mark(h) >= 0) {
+      crossed = h;
+      return -1;
+    }
+    const Index g = net_.twin(h);
+    const Index far = net_.apex(g);
+    domain_.push_back(Net::triangle(g));
+    const int side = orient2d(a, b, site_[far]);
+    if (side < 0) {
+      h = Net::prev(g);
+      continue;
+    }
+    chain_.push_back(Net::prev(g));
+    if (side == 0) return far;
+    h = Net::next(g);
+  }
+}
+
+// Swaps diagonals until the two ends of the chain share an edge; returns its halfedge from the end.
+// Like the scan for a convex hull: a vertex of the chain whose angle towards the segment is less
+// than two right angles is cut off. The farthest one always is such, so none remains.
+Index Triangulator::swap_diagonals() {
+  std::size_t size = 0;
+  for (const Index link : chain_) {
+    chain_[size++] = link;
+    while (size > 1) {
+      const Index after = chain_[size - 1], before = chain_[size - 2];
+      const Index u = net_.target(before), v = net_.origin(before), w = net_.origin(after);
+      if (orient2d(site_[u], site_[v], site_[w]) >= 0) break;
+      chain_[size - 2] = cut_off(before, after);
+      --size;
+    }
+  }
+  if (size != 1) throw std::logic_error("an influence domain has no diagonal along its segment");
+  return chain_[0];
+}
+
+// Cuts the vertex v at which `after` (w to v) meets `before` (v to u) off the influence domain, by
+// flipping the diagonals that leave it, and returns the halfedge from w to u inside the domain.
+// Diagonal v-x goes where the far ends of the fan turn convexly at x. Some x always does: the fan's
+// rim starts and ends on v's side of the segment and lies beyond it in between.
+Index Triangulator::cut_off(Index before, Index after) {
+  Index spoke = net_.twin(Net::prev(before));
+  while (Net::prev(before) != after) {
+    const Index b = net_.twin(spoke);
+    const Index w = net_.apex(b), x = net_.target(spoke), y = net_.apex(spoke);
+    const bool last = Net::prev(spoke) == after;
+    if (orient2d(site_[w], site_[x], site_[y]) <= 0) {
+      if (last) throw std::logic_error("no diagonal of a fan can be swapped");
+      spoke = net_.twin(Net::prev(spoke));
+      continue;
+    }
+    net_.flip<true>(spoke);
+    ++statistics_.flips;
+    if (last) after = b;
+    // The triangle of v is now b's: y to v, v to w.
+    const Index rim_start = Net::next(b);
+    spoke = rim_start == before ? net_.twin(b) : rim_start;
+  }
+  return net_.twin(Net::next(before));
+}
+
+// Lawson flips on every edge of the influence domain that is not a constraint.
+void Triangulator::restore_delaunay() {
+  stack_.clear();
+  for (const Index t : domain_)
+    for (Index i = 0; i < 3; ++i) stack_.push_back(4 * t + i);
+  legalize_edges();
+}
+
+void Triangulator::legalize_edges() {
+  while (!stack_.empty()) {
+    const Index h = stack_.back();
+    stack_.pop_back();
+    if (!wants_flip<true>(h)) continue;
+    const Index b = net_.twin(h);
+    net_.flip<true>(h);
+    ++statistics_.flips;
+    stack_.insert(stack_.end(), {h, Net::next(h), b, Net::next(b)});
+  }
+}
+
+// Bends the segment and the constraint that it crosses to one point: their crossing, rounded, or a
+// point next to it. That point lies in the boxes of both, so that each of the two is replaced by two
+// shorter ones, or kept where the point is one of its ends, which cannot happen to both: hence this
+// ends, whatever rounding does. It would not end soon without the points next to it: of three lines
+// that nearly meet in a point, two march along the third, a unit in the last place at a time.
+void Triangulator::split_crossing(Pending segment, Index crossed) {
+  const Pending other{net_.origin(crossed), net_.target(crossed), net_.mark(crossed)};
+  const Point2 point = crossing_point(segment, other);
+  const Index near = Net::next(crossed);
+  net_.set_mark(crossed, -1);
+  stack_.assign(1, crossed);
+  legalize_edges();
+  const Location location = locate(point, near);
+  Index v = point_nearby(point, location, segment, other);
+  if (v < 0) {
+    v = static_cast<Index>(site_.size());
+    site_.push_back(point);
+    input_.push_back(static_cast<Index>(points_.size()));
+    points_.push_back(point);
+    if (!lift_.empty()) lift_.push_back(lift_on(segment, point));
+    insert<true>(v, location);
+  }
+  for (const Pending& part : {Pending{other.a, v, other.use}, Pending{v, other.b, other.use},
+                              Pending{segment.a, v, segment.use}, Pending{v, segment.b, segment.use}})
+    if (part.a != part.b) pending_.push_back(part);
+}
+
+// The box that two crossing segments have in common.
+Triangulator::Box Triangulator::common_box(Pending s, Pending t) const {
+  const auto [s_x, s_right] = std::minmax(site_[s.a].x, site_[s.b].x);
+  const auto [t_x, t_right] = std::minmax(site_[t.a].x, site_[t.b].x);
+  const auto [s_y, s_top] = std::minmax(site_[s.a].y, site_[s.b].y);
+  const auto [t_y, t_top] = std::minmax(site_[t.a].y, site_[t.b].y);
+  return {{std::max(s_x, t_x), std::max(s_y, t_y)}, {std::min(s_right, t_right), std::min(s_top, t_top)}};
+}
+
+Point2 Triangulator::crossing_point(Pending s, Pending t) const {
+  const Point2 &a = site_[s.a], &b = site_[s.b];
+  const double at_a = exact::area2(site_[t.a], site_[t.b], a);
+  const double at_b = exact::area2(site_[t.a], site_[t.b], b);
+  const double share = at_a / (at_a - at_b);
+  const Box box = common_box(s, t);
+  const auto along = [share](double from, double to, double least, double most) {
+    const double value = from + share * (to - from);
+    // Not a number where areas overflow: any point of the box will do.
+    return value == value ? std::clamp(value, least, most) : least;
+  };
+  return {along(a.x, b.x, box.least.x, box.most.x), along(a.y, b.y, box.least.y, box.most.y)};
+}
+
+// A site in both boxes that is the point, or a few units in the last place from it; -1 for none.
+Index Triangulator::point_nearby(const Point2& point, Location location, Pending s, Pending t) const {
+  if (location.place == Place::at_vertex) return net_.origin(location.halfedge);
+  const Box box = common_box(s, t);
+  double size = 0.0;
+  for (const Index end : {s.a, s.b, t.a, t.b})
+    size = std::max({size, std::abs(site_[end].x), std::abs(site_[end].y)});
+  const double few_units = 0x1p-50 * size;
+  const Index h = location.halfedge;
+  for (const Index site : {s.a, s.b, t.a, t.b, net_.origin(h), net_.target(h), net_.apex(h)}) {
+    if (site < 0) continue;
+    const Point2& near = site_[site];
+    if (std::abs(near.x - point.x) <= few_units && std::abs(near.y - point.y) <= few_units &&
+        box.least.x <= near.x && near.x <= box.most.x && box.least.y <= near.y && near.y <= box.most.y)
+      return site;
+  }
+  return -1;
+}
+
+double Triangulator::lift_on(Pending segment, const Point2& point) const {
+  const Point2 &a = site_[segment.a], &b = site_[segment.b];
+  const bool along_x = std::abs(b.x - a.x) >= std::abs(b.y - a.y);
+  const double share = along_x ? (point.x - a.x) / (b.x - a.x) : (point.y - a.y) / (b.y - a.y);
+  return lift_[segment.a] + share * (lift_[segment.b] - lift_[segment.a]);
+}
+
+}  // namespace bldsimp
