@@ -105,7 +105,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = Options()) ->
     assembled = climb(points, faces, facets, outlines, within, frozen)
     before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
     light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, part, passed_on)
-    moved = assembled.deviation.max(initial=0.0) + welded.moved
+    moved = float(assembled.deviation.max(initial=0.0)) + welded.moved
     return Outcome(
         light=light,
         points=points,
@@ -118,7 +118,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = Options()) ->
         unchanged=assembled.unchanged,
         before=before,
         after=_counts(
-            np.count_nonzero(np.bincount(assembled.triangles.reshape(-1))),
+            int(np.count_nonzero(np.bincount(assembled.triangles.reshape(-1)))),
             len(light.faces),
             *_core.count_edges(assembled.triangles, len(points)),
         ),
