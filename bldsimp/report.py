@@ -87,7 +87,7 @@ class Report:
 
     tolerance: float
     diagonal: float
-    before: Counts
+    before: Counts = field(default_factory=Counts)
     after: Counts = field(default_factory=Counts)
     deviation: float = 0.0
     epsilon: float = 0.0
