@@ -10,6 +10,12 @@ AUTO_SPACINGS = 16.0
 AUTO_DIAGONAL = 1e-6
 """`auto` tolerance never exceeds this share of the diagonal of the box of all used points."""
 
+WIDTH_SHARE = 0.8
+"""Share of the tolerance that the width of a facet may use; its chains get what it leaves (squares add up)."""
+
+NEEDLE_DIAGONAL = 1e-6
+"""A face no higher than this share of the diagonal, nor than the tolerance, has no plane of its own."""
+
 FLAT_NORMALS_DEGREES = 1.0
 """Input normals within this angle of their face normals mean a flat-shaded input; degrees."""
 

@@ -2,124 +2,331 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 
-#include <cstring>
 #include <optional>
-#include <vector>
 
 #include "cdt.hpp"
+#include "facets.hpp"
+#include "halfedges.hpp"
+#include "orient.hpp"
+#include "outlines.hpp"
 #include "polygons.hpp"
 #include "predicates.hpp"
+#include "retriangulate.hpp"
+#include "rows.hpp"
+#include "thin.hpp"
+#include "weld.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
 
+namespace bldsimp {
 namespace {
 
-using bldsimp::Index;
+template <class T, class Shape>
+using In = nb::ndarray<const T, Shape, nb::c_contig, nb::device::cpu>;
+using Points3 = In<double, nb::shape<-1, 3>>;
+using Faces3 = In<Index, nb::shape<-1, 3>>;
+using Pairs = In<Index, nb::shape<-1, 2>>;
+using Points2 = In<double, nb::shape<-1, 2>>;
+using Indices = In<Index, nb::shape<-1>>;
+using Doubles = In<double, nb::shape<-1>>;
+using Bytes = In<std::uint8_t, nb::shape<-1>>;
 
-template <class T, int Columns>
-using Rows = nb::ndarray<const T, nb::shape<-1, Columns>, nb::c_contig, nb::device::cpu>;
+// Rows of a C-contiguous array seen as the structs that the kernels use.
+template <class Struct, class Array>
+std::span<const Struct> rows(const Array& array) {
+  return {reinterpret_cast<const Struct*>(array.data()), array.shape(0)};
+}
 template <class T>
-using Row = nb::ndarray<const T, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
-
-// A new array of the given shape that owns a copy of the bytes.
-template <class T>
-nb::ndarray<nb::numpy, T> copied(const void* data, std::initializer_list<std::size_t> shape) {
-  std::size_t count = 1;
-  for (const std::size_t length : shape) count *= length;
-  T* const memory = new T[count];
-  nb::capsule owner(memory, [](void* p) noexcept { delete[] static_cast<T*>(p); });
-  if (count > 0) std::memcpy(memory, data, count * sizeof(T));
-  return nb::ndarray<nb::numpy, T>(memory, shape, owner);
+std::span<const T> flat(const In<T, nb::shape<-1>>& array) {
+  return {array.data(), array.shape(0)};
 }
 
-template <class T, class Element>
-nb::ndarray<nb::numpy, T> copied_rows(const std::vector<Element>& rows) {
-  constexpr std::size_t columns = sizeof(Element) / sizeof(T);
-  if constexpr (columns == 1)
-    return copied<T>(rows.data(), {rows.size()});
+// Hands a vector over to NumPy without a copy; `Scalar` is what its items are made of.
+template <class Scalar, class Item>
+auto give(std::vector<Item>&& items) {
+  auto* owned = new std::vector<Item>(std::move(items));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<Item>*>(p); });
+  constexpr std::size_t width = sizeof(Item) / sizeof(Scalar);
+  auto* data = reinterpret_cast<Scalar*>(owned->data());
+  if constexpr (width == 1)
+    return nb::ndarray<nb::numpy, Scalar>(data, {owned->size()}, owner);
   else
-    return copied<T>(rows.data(), {rows.size(), columns});
+    return nb::ndarray<nb::numpy, Scalar>(data, {owned->size(), width}, owner);
 }
 
-template <class Element, class Array>
-std::span<const Element> viewed(const Array& array) {
-  return {reinterpret_cast<const Element*>(array.data()), array.shape(0)};
+// A read-only view of a vector inside a kernel's result, which it keeps alive.
+template <class Scalar, class Item>
+auto view(nb::handle owner, const std::vector<Item>& items) {
+  constexpr std::size_t width = sizeof(Item) / sizeof(Scalar);
+  auto* data = reinterpret_cast<const Scalar*>(items.data());
+  if constexpr (width == 1)
+    return nb::ndarray<nb::numpy, const Scalar>(data, {items.size()}, owner);
+  else
+    return nb::ndarray<nb::numpy, const Scalar>(data, {items.size(), width}, owner);
+}
+
+template <class Scalar, class Result, class Item, class Class>
+void def_view(Class& c, const char* name, std::vector<Item> Result::*member) {
+  c.def_prop_ro(name, [member](nb::handle self) {
+    return view<Scalar>(self, nb::cast<const Result&>(self).*member);
+  });
+}
+
+void bind_mesh(nb::module_& m) {
+  nb::class_<Welded> welded(m, "Welded");
+  def_view<double>(welded, "points", &Welded::points);
+  def_view<Index>(welded, "point_of_row", &Welded::point_of_row);
+  def_view<Index>(welded, "faces", &Welded::faces);
+  def_view<Index>(welded, "rows", &Welded::rows);
+  def_view<Index>(welded, "source", &Welded::source);
+  welded.def_ro("degenerate", &Welded::degenerate)
+      .def_ro("duplicate", &Welded::duplicate)
+      .def_ro("moved", &Welded::moved);
+  m.def(
+      "weld",
+      [](Points3 points, Faces3 faces, double distance) {
+        nb::gil_scoped_release release;
+        return weld(rows<Vec3>(points), rows<Face>(faces), distance);
+      },
+      "points"_a, "faces"_a, "distance"_a);
+
+  m.def(
+      "find_turned",
+      [](Points3 points, Faces3 faces, Faces3 face_rows, Bytes fixed) {
+        std::vector<Index> turned;
+        {
+          nb::gil_scoped_release release;
+          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), rows<Face>(face_rows), flat(fixed));
+        }
+        return give<Index>(std::move(turned));
+      },
+      "points"_a, "faces"_a, "face_rows"_a, "fixed"_a);
+
+  nb::class_<Halfedges> halfedges(m, "Halfedges");
+  def_view<Index>(halfedges, "twin", &Halfedges::twin);
+  def_view<Index>(halfedges, "group_start", &Halfedges::group_start);
+  def_view<Index>(halfedges, "group_members", &Halfedges::group_members);
+  halfedges.def_ro("open_edges", &Halfedges::open_edges)
+      .def_ro("nonmanifold_edges", &Halfedges::nonmanifold_edges);
+  m.def(
+      "count_edges",
+      [](Faces3 faces, Index point_count) {
+        nb::gil_scoped_release release;
+        const auto [open, nonmanifold] = count_edges(rows<Face>(faces), point_count);
+        return std::tuple(open, nonmanifold);
+      },
+      "faces"_a, "point_count"_a);
+  m.def(
+      "pair_halfedges",
+      [](Points3 points, Faces3 faces, Indices row_of_corner, double width) {
+        nb::gil_scoped_release release;
+        return pair_halfedges(rows<Vec3>(points), rows<Face>(faces), flat(row_of_corner), width);
+      },
+      "points"_a, "faces"_a, "row_of_corner"_a, "width"_a);
+
+  nb::class_<Facets> facets(m, "Facets");
+  def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
+  def_view<double>(facets, "planes", &Facets::planes);
+  m.def(
+      "find_facets",
+      [](Points3 points, Faces3 faces, const Halfedges& h, Indices label, std::tuple<double, double, double> origin,
+         double width, double needle) {
+        nb::gil_scoped_release release;
+        const auto [x, y, z] = origin;
+        return find_facets(rows<Vec3>(points), rows<Face>(faces), h.twin, flat(label), {x, y, z}, {width, needle});
+      },
+      "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
+
+  nb::class_<Outlines> outlines(m, "Outlines");
+  def_view<Index>(outlines, "chain_start", &Outlines::chain_start);
+  def_view<Index>(outlines, "chain_points", &Outlines::chain_points);
+  def_view<Index>(outlines, "use_start", &Outlines::use_start);
+  def_view<std::uint8_t>(outlines, "is_corner", &Outlines::is_corner);
+  def_view<Index>(outlines, "inner", &Outlines::inner);
+  def_view<Index>(outlines, "back", &Outlines::back);
+  outlines.def_prop_ro("use_facet", [](const Outlines& o) {
+    std::vector<Index> facet;
+    for (const Use& use : o.uses) facet.push_back(use.facet);
+    return give<Index>(std::move(facet));
+  }, nb::rv_policy::automatic);
+  outlines.def_prop_ro("use_forward", [](const Outlines& o) {
+    std::vector<std::uint8_t> forward;
+    for (const Use& use : o.uses) forward.push_back(use.forward);
+    return give<std::uint8_t>(std::move(forward));
+  }, nb::rv_policy::automatic);
+  m.def(
+      "trace_outlines",
+      [](Faces3 faces, Index point_count, const Halfedges& h, const Facets& f, Bytes frozen) {
+        nb::gil_scoped_release release;
+        return trace_outlines(rows<Face>(faces), point_count, h, f.facet_of_face, flat(frozen));
+      },
+      "faces"_a, "point_count"_a, "halfedges"_a, "facets"_a, "frozen"_a);
+
+  m.def(
+      "thin_chains",
+      [](Points3 points, const Outlines& o, Doubles limit, Bytes keep) {
+        std::vector<std::uint8_t> kept(keep.data(), keep.data() + keep.shape(0));
+        {
+          nb::gil_scoped_release release;
+          thin_chains(rows<Vec3>(points), o, flat(limit), kept);
+        }
+        return give<std::uint8_t>(std::move(kept));
+      },
+      "points"_a, "outlines"_a, "limit"_a, "keep"_a);
+
+  nb::class_<std::vector<Piece>> pieces(m, "Pieces");
+  const auto piece_column = [&](const char* name, Index Piece::*member) {
+    pieces.def_prop_ro(name, [member](const std::vector<Piece>& all) {
+      std::vector<Index> column;
+      for (const Piece& piece : all) column.push_back(piece.*member);
+      return give<Index>(std::move(column));
+    }, nb::rv_policy::automatic);
+  };
+  piece_column("begin", &Piece::from);
+  piece_column("end", &Piece::to);
+  piece_column("chain", &Piece::chain);
+  piece_column("farthest", &Piece::farthest);
+  pieces.def_prop_ro("deviation", [](const std::vector<Piece>& all) {
+    std::vector<double> column;
+    for (const Piece& piece : all) column.push_back(piece.deviation);
+    return give<double>(std::move(column));
+  }, nb::rv_policy::automatic);
+  m.def(
+      "lay_pieces",
+      [](Points3 points, const Outlines& o, Bytes kept) {
+        nb::gil_scoped_release release;
+        return lay_pieces(rows<Vec3>(points), o, flat(kept));
+      },
+      "points"_a, "outlines"_a, "kept"_a);
+
+  nb::class_<PieceEdges> edges(m, "PieceEdges");
+  def_view<Index>(edges, "edges", &PieceEdges::edges);
+  def_view<Index>(edges, "clashing", &PieceEdges::clashing);
+  edges.def_ro("healed", &PieceEdges::healed);
+  m.def(
+      "merge_pieces",
+      [](const std::vector<Piece>& all, const Outlines& o) {
+        nb::gil_scoped_release release;
+        return merge_pieces(all, o);
+      },
+      "pieces"_a, "outlines"_a);
+
+  nb::class_<Patches> patches(m, "Patches");
+  def_view<Index>(patches, "triangles", &Patches::triangles);
+  def_view<Index>(patches, "facet_of_triangle", &Patches::facet_of_triangle);
+  def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
+  def_view<Index>(patches, "put_back", &Patches::put_back);
+  m.def(
+      "retriangulate",
+      [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
+         const std::vector<Piece>& all, Bytes kept, Indices wanted, Bytes keep) {
+        nb::gil_scoped_release release;
+        const FacetParts parts{rows<Vec3>(points), rows<Face>(faces), flat(face_start), flat(face_order),
+                               f.planes, o, all, flat(kept)};
+        return retriangulate(parts, flat(wanted), flat(keep));
+      },
+      "points"_a, "faces"_a, "face_start"_a, "face_order"_a, "facets"_a, "outlines"_a, "pieces"_a, "kept"_a,
+      "wanted"_a, "keep"_a);
+  m.def(
+      "find_misfits",
+      [](Faces3 triangles, Indices facet_of_triangle, const PieceEdges& expected, Bytes keep, const Outlines& o) {
+        std::vector<Index> blamed;
+        {
+          nb::gil_scoped_release release;
+          blamed = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.back);
+        }
+        return give<Index>(std::move(blamed));
+      },
+      "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
+  m.def(
+      "find_rows",
+      [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, Faces3 face_rows, Indices facet_of_face,
+         Bytes kept) {
+        std::vector<Face> found;
+        {
+          nb::gil_scoped_release release;
+          found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces),
+                            rows<Face>(face_rows), flat(facet_of_face), flat(kept));
+        }
+        return give<Index>(std::move(found));
+      },
+      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "face_rows"_a, "facet_of_face"_a, "kept"_a);
 }
 
 // Signs of a predicate over rows of equal length.
-template <class Element, class Array, class Predicate, class... Arrays>
-nb::ndarray<nb::numpy, std::int8_t> signs(const Predicate& predicate, const Array& first, const Arrays&... rest) {
+template <class Struct, class Predicate, class Array, class... Arrays>
+auto signs(const Predicate& predicate, const Array& first, const Arrays&... rest) {
   const std::size_t count = first.shape(0);
   if (((rest.shape(0) != count) || ...)) throw nb::value_error("arrays of different lengths");
   std::vector<std::int8_t> result(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const int value = predicate(viewed<Element>(first)[i], viewed<Element>(rest)[i]...);
-    result[i] = static_cast<std::int8_t>((value > 0) - (value < 0));
-  }
-  return copied_rows<std::int8_t>(result);
+  for (std::size_t i = 0; i < count; ++i)
+    result[i] = static_cast<std::int8_t>(predicate(rows<Struct>(first)[i], rows<Struct>(rest)[i]...));
+  return give<std::int8_t>(std::move(result));
 }
 
 // (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
-// statistics); the rows after the first are empty where segments cross.
-nb::tuple triangulate(Rows<double, 2> points, Rows<Index, 2> segments, bool carve, bool split_crossings,
-                      std::optional<Row<double>> lift) {
-  if (lift && lift->shape(0) != points.shape(0)) throw nb::value_error("as many lifts as points are needed");
-  bldsimp::Triangulator triangulator;
-  bldsimp::Status status;
+// statistics); nothing after the points counts where segments cross.
+nb::tuple triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
+                      const std::optional<Doubles>& lift) {
+  if (lift && lift->shape(0) != points.shape(0)) throw nb::value_error("one lift per point");
+  Triangulator triangulator;
+  Status status;
   {
-    nb::gil_scoped_release unlocked;
-    status = triangulator.run(viewed<bldsimp::Point2>(points), viewed<bldsimp::Triangulator::Segment>(segments),
+    nb::gil_scoped_release release;
+    status = triangulator.run(rows<Point2>(points), rows<Triangulator::Segment>(segments),
                               {carve, split_crossings, lift ? lift->data() : nullptr});
   }
-  const auto& counts = triangulator.statistics();
-  const nb::tuple statistics =
-      nb::make_tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips);
   nb::object crossing = nb::none();
-  if (status == bldsimp::Status::crossing)
-    crossing = nb::make_tuple(triangulator.crossing()[0], triangulator.crossing()[1]);
-  const auto all = triangulator.points();
-  return nb::make_tuple(crossing, copied<double>(all.data(), {all.size(), 2}),
-                        copied_rows<Index>(triangulator.triangles()), copied_rows<Index>(triangulator.neighbours()),
-                        copied_rows<Index>(triangulator.point_of_input()), copied_rows<Index>(triangulator.pieces()),
-                        statistics);
-}
-
-nb::tuple triangulate_polygons(Rows<double, 3> points, Row<std::int64_t> offsets, Row<Index> corners) {
-  bldsimp::PolygonFaces result;
-  {
-    nb::gil_scoped_release unlocked;
-    result = bldsimp::triangulate_polygons(viewed<bldsimp::Point3>(points), viewed<std::int64_t>(offsets),
-                                           viewed<Index>(corners));
-  }
-  return nb::make_tuple(copied_rows<Index>(result.faces), copied_rows<Index>(result.polygon_of_face));
+  if (status == Status::crossing) crossing = nb::make_tuple(triangulator.crossing()[0], triangulator.crossing()[1]);
+  const Statistics& counts = triangulator.statistics();
+  Triangulator::Result result = triangulator.release();
+  return nb::make_tuple(
+      crossing, give<double>(std::move(result.points)), give<Index>(std::move(result.triangles)),
+      give<Index>(std::move(result.neighbours)), give<Index>(std::move(result.point_of_input)),
+      give<Index>(std::move(result.pieces)),
+      nb::make_tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips));
 }
 
 void bind_triangulation(nb::module_& m) {
-  using P2 = Rows<double, 2>;
-  using P3 = Rows<double, 3>;
   m.def("triangulate", &triangulate, "points"_a, "segments"_a, "carve"_a, "split_crossings"_a,
         "lift"_a = nb::none());
-  m.def("triangulate_polygons", &triangulate_polygons, "points"_a, "offsets"_a, "corners"_a);
   m.def(
-      "orient2d", [](P2 a, P2 b, P2 c) { return signs<bldsimp::Point2>(bldsimp::orient2d, a, b, c); }, "a"_a,
-      "b"_a, "c"_a);
+      "triangulate_polygons",
+      [](Points3 points, In<std::int64_t, nb::shape<-1>> offsets, Indices corners) {
+        PolygonFaces result;
+        {
+          nb::gil_scoped_release release;
+          result = triangulate_polygons(rows<Point3>(points), flat(offsets), flat(corners));
+        }
+        return nb::make_tuple(give<Index>(std::move(result.faces)), give<Index>(std::move(result.polygon_of_face)));
+      },
+      "points"_a, "offsets"_a, "corners"_a);
   m.def(
-      "direction_by_poles",
-      [](P2 a, P2 b, P2 c) { return signs<bldsimp::Point2>(bldsimp::direction_by_poles, a, b, c); }, "a"_a, "b"_a,
+      "orient2d", [](Points2 a, Points2 b, Points2 c) { return signs<Point2>(orient2d, a, b, c); }, "a"_a, "b"_a,
       "c"_a);
   m.def(
-      "incircle", [](P2 a, P2 b, P2 c, P2 d) { return signs<bldsimp::Point2>(bldsimp::incircle, a, b, c, d); },
-      "a"_a, "b"_a, "c"_a, "d"_a);
+      "direction_by_poles",
+      [](Points2 a, Points2 b, Points2 c) { return signs<Point2>(direction_by_poles, a, b, c); }, "a"_a, "b"_a,
+      "c"_a);
   m.def(
-      "orient3d", [](P3 a, P3 b, P3 c, P3 d) { return signs<bldsimp::Point3>(bldsimp::orient3d, a, b, c, d); },
-      "a"_a, "b"_a, "c"_a, "d"_a);
+      "incircle",
+      [](Points2 a, Points2 b, Points2 c, Points2 d) { return signs<Point2>(incircle, a, b, c, d); }, "a"_a, "b"_a,
+      "c"_a, "d"_a);
+  m.def(
+      "orient3d",
+      [](Points3 a, Points3 b, Points3 c, Points3 d) { return signs<Point3>(orient3d, a, b, c, d); }, "a"_a, "b"_a,
+      "c"_a, "d"_a);
 }
 
 }  // namespace
+}  // namespace bldsimp
 
 NB_MODULE(_core, m) {
   m.doc() = "bldsimp's kernels";
-  bind_triangulation(m);
+  bldsimp::bind_mesh(m);
+  bldsimp::bind_triangulation(m);
 }

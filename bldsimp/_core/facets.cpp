@@ -1,0 +1,279 @@
+#include "facets.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "plane_fit.hpp"
+#include "predicates.hpp"
+
+namespace bldsimp {
+namespace {
+
+// Sets of faces, joined; the root is the least face, so that the result knows no order.
+class FaceSets {
+ public:
+  explicit FaceSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  Index find(Index f) {
+    while (parent_[f] != f) f = parent_[f] = parent_[parent_[f]];
+    return f;
+  }
+  void join(Index f, Index g) {
+    f = find(f);
+    g = find(g);
+    parent_[std::max(f, g)] = std::min(f, g);
+  }
+
+ private:
+  std::vector<Index> parent_;
+};
+
+// The slab between two parallel planes that holds some points.
+struct Slab {
+  Vec3 normal{0, 0, 0};
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+
+  void add(double height) {
+    low = std::min(low, height);
+    high = std::max(high, height);
+  }
+  double width() const { return high - low; }
+};
+
+class FacetFinder {
+ public:
+  FacetFinder(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
+              std::span<const Index> label, Vec3 origin, const FacetLimits& limits)
+      : points_(points), faces_(faces), twin_(twin), label_(label), origin_(origin), limits_(limits) {
+    facet_of_face_.assign(faces.size(), -1);
+    find_needles();
+  }
+
+  Facets find() {
+    FaceSets candidates = join_across_flat_edges();
+    accept_or_grow(candidates);
+    return number_by_first_face();
+  }
+
+ private:
+  Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
+  Vec3 area_vector(Index f) const { return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0)); }
+  Vec3 apex(Index h) const { return points_[faces_[h / 3][previous_halfedge(h) % 3]]; }
+  double height_in(Vec3 normal, Vec3 p) const { return dot(normal, p - origin_); }
+
+  void find_needles() {
+    longest_.resize(faces_.size());
+    for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f) {
+      double longest = -1;
+      for (int i = 0; i < 3; ++i) {
+        const Vec3 d = corner(f, (i + 1) % 3) - corner(f, i);
+        if (dot(d, d) > longest) {
+          longest = dot(d, d);
+          longest_[f] = static_cast<std::int8_t>(i);
+        }
+      }
+      const Vec3 n = area_vector(f);
+      if (dot(n, n) <= limits_.needle * limits_.needle * longest) longest_[f] |= needle_bit;
+    }
+  }
+  bool is_needle(Index f) const { return (longest_[f] & needle_bit) != 0; }
+  Index longest_halfedge(Index f) const { return 3 * f + (longest_[f] & 3); }
+
+  // The face whose plane stands for that of f: f itself, or for a needle the face that is reached
+  // across longest edges; -1 where that leads to a border or round in a circle.
+  Index host(Index f) const {
+    for (int steps = 0; steps < 16; ++steps) {
+      if (!is_needle(f)) return f;
+      const Index t = twin_[longest_halfedge(f)];
+      if (t < 0 || label_[t / 3] != label_[f]) return -1;
+      f = t / 3;
+    }
+    return -1;
+  }
+
+  // Whether all three points of g lie within the width of the plane of f, facing the same way.
+  bool in_plane_of(Index f, Index g) const {
+    const Vec3 n = area_vector(f), a = corner(f, 0);
+    if (dot(n, area_vector(g)) <= 0) return false;
+    for (int i = 0; i < 3; ++i) {
+      if (limits_.width > 0) {
+        if (std::abs(dot(n, corner(g, i) - a)) > limits_.width * length(n)) return false;
+      } else if (orient3d(a, corner(f, 1), corner(f, 2), corner(g, i)) != 0) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  bool flat_across(Index h, Index t) const {
+    const Index f = h / 3, g = t / 3;
+    if (label_[f] != label_[g] || label_[f] < 0) return false;
+    if ((is_needle(f) && h == longest_halfedge(f)) || (is_needle(g) && t == longest_halfedge(g))) return true;
+    const Index a = host(f), b = host(g);
+    if (a < 0 || b < 0) return false;
+    // The larger face has the more reliable plane.
+    const Vec3 n = area_vector(a), m = area_vector(b);
+    return dot(n, n) >= dot(m, m) ? in_plane_of(a, b) : in_plane_of(b, a);
+  }
+
+  FaceSets join_across_flat_edges() const {
+    FaceSets sets(faces_.size());
+    for (Index h = 0; h < static_cast<Index>(twin_.size()); ++h)
+      if (twin_[h] > h && flat_across(h, twin_[h])) sets.join(h / 3, twin_[h] / 3);
+    return sets;
+  }
+
+  void accept_or_grow(FaceSets& candidates) {
+    const Index count = static_cast<Index>(faces_.size());
+    std::vector<Index> start(count + 1, 0), members(count);
+    for (Index f = 0; f < count; ++f) ++start[candidates.find(f) + 1];
+    std::partial_sum(start.begin(), start.end(), start.begin());
+    std::vector<Index> cursor(start.begin(), start.end() - 1);
+    for (Index f = 0; f < count; ++f) members[cursor[candidates.find(f)]++] = f;
+    for (Index root = 0; root < count; ++root) {
+      const std::span<const Index> set(members.data() + start[root], members.data() + start[root + 1]);
+      if (set.empty()) continue;
+      const Slab slab = fit(set);
+      // At zero tolerance exact coplanarity passes from face to face: the union needs no fit.
+      if (limits_.width == 0 || (slab.width() <= limits_.width && all_face(set, slab.normal)))
+        add_facet(set, slab);
+      else
+        grow_within(set);
+    }
+  }
+
+  // Best plane of the faces and the slab about it; no normal where all of them are needles.
+  Slab fit(std::span<const Index> set) const {
+    Moments moments(corner(set[0], 0));
+    Vec3 facing{0, 0, 0};
+    bool has_plane = false;
+    for (const Index f : set) {
+      moments.add(corner(f, 0), corner(f, 1), corner(f, 2));
+      facing = facing + area_vector(f);
+      has_plane |= !is_needle(f);
+    }
+    Slab slab;
+    if (has_plane) {
+      slab.normal = set.size() == 1 ? (1 / length(facing)) * facing : moments.normal();
+      if (dot(slab.normal, facing) < 0) slab.normal = -1.0 * slab.normal;
+    }
+    measure(set, slab);
+    return slab;
+  }
+
+  void measure(std::span<const Index> set, Slab& slab) const {
+    for (const Index f : set)
+      for (int i = 0; i < 3; ++i) slab.add(height_in(slab.normal, corner(f, i)));
+  }
+
+  bool all_face(std::span<const Index> set, Vec3 normal) const {
+    return std::all_of(set.begin(), set.end(),
+                       [&](Index f) { return is_needle(f) || dot(area_vector(f), normal) > 0; });
+  }
+
+  void add_facet(std::span<const Index> set, const Slab& slab) {
+    for (const Index f : set) facet_of_face_[f] = static_cast<Index>(planes_.size());
+    planes_.push_back({slab.normal, slab.low, slab.high});
+  }
+
+  // Grows facets inside a candidate that is not flat as a whole (a drifting or stepped surface), from
+  // the largest face on, since a large face has the most reliable plane.
+  void grow_within(std::span<const Index> set) {
+    std::vector<std::pair<double, Index>> seeds;
+    for (const Index f : set) {
+      const Vec3 n = area_vector(f);
+      seeds.push_back({is_needle(f) ? -1.0 : dot(n, n), f});
+    }
+    std::sort(seeds.begin(), seeds.end(), [](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first > b.first : a.second < b.second;
+    });
+    for (const auto& [area, f] : seeds)
+      if (facet_of_face_[f] < 0) grow_from(f);
+  }
+
+  void grow_from(Index seed) {
+    const Index facet = static_cast<Index>(planes_.size());
+    region_.assign(1, seed);
+    facet_of_face_[seed] = facet;
+    Slab slab = fit(region_);
+    std::size_t next_fit = 2;
+    for (std::size_t front = 0, fitted = 0; fitted != region_.size();) {
+      fitted = region_.size();
+      for (front = 0; front < region_.size(); ++front) {
+        for (int i = 0; i < 3; ++i) {
+          const Index h = 3 * region_[front] + i, t = twin_[h];
+          if (t < 0 || facet_of_face_[t / 3] >= 0 || !may_join(slab, h, t)) continue;
+          facet_of_face_[t / 3] = facet;
+          region_.push_back(t / 3);
+          for (int k = 0; k < 3; ++k) slab.add(height_in(slab.normal, corner(t / 3, k)));
+          if (region_.size() == next_fit) {
+            refit(slab);
+            next_fit *= 2;
+          }
+        }
+      }
+      // A better plane may reach farther: sweep the region again until it stays as it is.
+      if (fitted != region_.size()) refit(slab);
+    }
+    planes_.push_back({slab.normal, slab.low, slab.high});
+  }
+
+  bool may_join(const Slab& slab, Index h, Index t) const {
+    const Index f = h / 3, g = t / 3;
+    if (label_[f] != label_[g] || label_[f] < 0) return false;
+    if (!fits(slab, g)) return false;
+    if (!is_needle(g)) return dot(area_vector(g), slab.normal) > 0;
+    if (t == longest_halfedge(g)) return true;
+    const Index base = host(g);
+    return base >= 0 && fits(slab, base) && dot(area_vector(base), slab.normal) > 0;
+  }
+
+  // Whether the slab stays narrow enough with the points of f.
+  bool fits(Slab slab, Index f) const {
+    for (int k = 0; k < 3; ++k) slab.add(height_in(slab.normal, corner(f, k)));
+    return slab.width() <= limits_.width;
+  }
+
+  void refit(Slab& slab) const {
+    const Slab better = fit(region_);
+    if (better.width() <= limits_.width && all_face(region_, better.normal)) slab = better;
+  }
+
+  Facets number_by_first_face() const {
+    Facets facets;
+    facets.facet_of_face.resize(faces_.size());
+    std::vector<Index> number(planes_.size(), -1);
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      Index& n = number[facet_of_face_[f]];
+      if (n < 0) {
+        n = static_cast<Index>(facets.planes.size());
+        facets.planes.push_back(planes_[facet_of_face_[f]]);
+      }
+      facets.facet_of_face[f] = n;
+    }
+    return facets;
+  }
+
+  static constexpr std::int8_t needle_bit = 4;
+
+  std::span<const Vec3> points_;
+  std::span<const Face> faces_;
+  std::span<const Index> twin_;
+  std::span<const Index> label_;
+  Vec3 origin_;
+  FacetLimits limits_;
+  std::vector<std::int8_t> longest_;  // corner at which the longest edge starts, and needle_bit
+  std::vector<Index> facet_of_face_;
+  std::vector<Plane> planes_;
+  std::vector<Index> region_;
+};
+
+}  // namespace
+
+Facets find_facets(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
+                   std::span<const Index> label, Vec3 origin, const FacetLimits& limits) {
+  return FacetFinder(points, faces, twin, label, origin, limits).find();
+}
+
+}  // namespace bldsimp

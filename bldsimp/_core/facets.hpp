@@ -1,0 +1,32 @@
+// Facets: maximal connected sets of faces in one plane.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "vec3.hpp"
+
+namespace bldsimp {
+
+struct Plane {
+  Vec3 normal;  // unit length, on the side that the faces face; zero where the facet has no area
+  double low;   // least and greatest normal . point over ALL points of the facet, about the origin
+  double high;
+};
+
+struct Facets {
+  std::vector<Index> facet_of_face;
+  std::vector<Plane> planes;
+};
+
+struct FacetLimits {
+  double width;   // greatest allowed high - low; 0 asks for exact coplanarity
+  double needle;  // a face whose height is at most this has no plane of its own
+};
+
+// Faces with different labels never share a facet; a face with a negative label is a facet by itself.
+// Facets are numbered by their first face. `origin` is near the mesh. Nearly linear.
+Facets find_facets(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
+                   std::span<const Index> label, Vec3 origin, const FacetLimits& limits);
+
+}  // namespace bldsimp

@@ -1,0 +1,26 @@
+// Half-edges: which halfedge is the twin of which.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "vec3.hpp"
+
+namespace bldsimp {
+
+struct Halfedges {
+  std::vector<Index> twin;  // -1 where there is none
+  // Edges that are not shared by exactly two faces in opposite directions nor used by one face alone:
+  // the halfedges of group g are members[start[g]] .. members[start[g + 1] - 1].
+  std::vector<Index> group_start{0};
+  std::vector<Index> group_members;
+};
+
+// Twins are the two opposite halfedges of an edge. Where more than two faces meet they are sought
+// among those that share the file's own rows, then among those whose faces lie in one plane within
+// `width` and face the same way; what is not unique stays without a twin.
+// `row_of_corner` has the file's row of each corner of `faces`. O(halfedges).
+Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces,
+                         std::span<const Index> row_of_corner, double width);
+
+}  // namespace bldsimp

@@ -1,0 +1,20 @@
+// Orient: which faces must be turned so that neighbours agree and closed components face outwards.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "vec3.hpp"
+
+namespace bldsimp {
+
+// Components are joined across edges of exactly two faces, and where more meet across those of two faces
+// that share the file's own rows. Where a component can be oriented, the
+// faces that stand against the larger area are turned; a closed component that then encloses a
+// negative volume is turned as a whole, unless it lies within an odd number of others (a cavity).
+// Components with a `fixed` face, and those that cannot be oriented, stay as they are.
+// Returns the faces to turn, sorted. O(n log n), plus O(n) for each inside-out component.
+std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces,
+                               std::span<const Face> rows, std::span<const std::uint8_t> fixed);
+
+}  // namespace bldsimp

@@ -1,0 +1,298 @@
+#include "retriangulate.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "cdt.hpp"
+
+namespace bldsimp {
+namespace {
+
+// Drops the axis along which a plane's normal is greatest; a facet stays counter-clockwise.
+class Projection {
+ public:
+  Projection(Vec3 normal, Vec3 origin) : origin_(origin) {
+    const std::array<double, 3> n{normal.x, normal.y, normal.z};
+    w_ = std::abs(n[2]) >= std::abs(n[0]) && std::abs(n[2]) >= std::abs(n[1]) ? 2 : std::abs(n[0]) >= std::abs(n[1]) ? 0 : 1;
+    u_ = (w_ + 1) % 3;
+    v_ = (w_ + 2) % 3;
+    if (n[w_] < 0) std::swap(u_, v_);
+    slope_u_ = n[u_] / n[w_];
+    slope_v_ = n[v_] / n[w_];
+  }
+
+  Point2 operator()(Vec3 p) const { return {coordinate(p, u_), coordinate(p, v_)}; }
+
+  // Squared length, in the plane, of the way from the origin: the Delaunay lift of the plane.
+  double lift(Vec3 p) const {
+    const double u = coordinate(p, u_) - coordinate(origin_, u_), v = coordinate(p, v_) - coordinate(origin_, v_);
+    const double w = slope_u_ * u + slope_v_ * v;
+    return u * u + v * v + w * w;
+  }
+
+  double twice_area(Vec3 a, Vec3 b, Vec3 c) const {
+    return (coordinate(b, u_) - coordinate(a, u_)) * (coordinate(c, v_) - coordinate(a, v_)) -
+           (coordinate(b, v_) - coordinate(a, v_)) * (coordinate(c, u_) - coordinate(a, u_));
+  }
+
+ private:
+  static double coordinate(Vec3 p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+  Vec3 origin_;
+  int u_, v_, w_;
+  double slope_u_, slope_v_;
+};
+
+// Which chains run along a facet, and which pieces replace a chain.
+struct Runs {
+  explicit Runs(const FacetParts& parts)
+      : use_start(parts.planes.size() + 1, 0), piece_start(parts.outlines.chain_start.size(), 0) {
+    const Outlines& outlines = parts.outlines;
+    for (const Use& use : outlines.uses) ++use_start[use.facet + 1];
+    std::partial_sum(use_start.begin(), use_start.end(), use_start.begin());
+    chain_uses.resize(outlines.uses.size());
+    std::vector<Index> cursor(use_start.begin(), use_start.end() - 1);
+    for (std::size_t c = 0; c + 1 < outlines.use_start.size(); ++c)
+      for (Index u = outlines.use_start[c]; u < outlines.use_start[c + 1]; ++u)
+        chain_uses[cursor[outlines.uses[u].facet]++] = {static_cast<Index>(c), outlines.uses[u].forward};
+    for (const Piece& piece : parts.pieces) ++piece_start[piece.chain + 1];
+    std::partial_sum(piece_start.begin(), piece_start.end(), piece_start.begin());
+  }
+  std::vector<Index> use_start;
+  std::vector<std::pair<Index, bool>> chain_uses;  // {chain, forward}
+  std::vector<Index> piece_start;
+};
+
+class Retriangulator {
+ public:
+  Retriangulator(const FacetParts& parts, const Runs& runs)
+      : parts_(parts), runs_(runs), local_of_point_(parts.points.size(), -1) {}
+
+  void run(Index facet, bool keep, Patches& patches) {
+    if (keep || nothing_dropped(facet)) {
+      for (const Index f : faces_of(facet)) emit(facet, parts_.faces[f], patches);
+      patches.outcomes.push_back(Outcome::unchanged);
+      return;
+    }
+    collect_segments(facet);
+    patches.outcomes.push_back(triangulate(facet, patches));
+    for (const Index p : point_of_local_) local_of_point_[p] = -1;
+  }
+
+ private:
+  std::span<const Index> faces_of(Index facet) const {
+    return {parts_.face_order.data() + parts_.face_start[facet], parts_.face_order.data() + parts_.face_start[facet + 1]};
+  }
+
+  bool nothing_dropped(Index facet) const {
+    for (const Index f : faces_of(facet))
+      for (const Index p : parts_.faces[f])
+        if (!parts_.kept[p]) return false;
+    return true;
+  }
+
+  static void emit(Index facet, const Face& triangle, Patches& patches) {
+    patches.triangles.push_back(triangle);
+    patches.facet_of_triangle.push_back(facet);
+  }
+
+  Index local(Index point) {
+    Index& id = local_of_point_[point];
+    if (id < 0) {
+      id = static_cast<Index>(point_of_local_.size());
+      point_of_local_.push_back(point);
+    }
+    return id;
+  }
+
+  void collect_segments(Index facet) {
+    point_of_local_.clear();
+    segments_.clear();
+    piece_of_segment_.clear();
+    for (Index u = runs_.use_start[facet]; u < runs_.use_start[facet + 1]; ++u) {
+      const auto [chain, forward] = runs_.chain_uses[u];
+      for (Index i = runs_.piece_start[chain]; i < runs_.piece_start[chain + 1]; ++i) {
+        const Piece& piece = parts_.pieces[i];
+        const Index from = local(piece.from), to = local(piece.to);
+        segments_.push_back(forward ? std::array{from, to} : std::array{to, from});
+        piece_of_segment_.push_back(i);
+      }
+    }
+    const auto& inner = parts_.outlines.inner;
+    for (auto at = std::lower_bound(inner.begin(), inner.end(), std::array<Index, 2>{facet, -1});
+         at != inner.end() && (*at)[0] == facet; ++at)
+      local((*at)[1]);
+  }
+
+  // A facet whose pieces all lie on one another has vanished from both sides.
+  bool has_vanished() const {
+    std::vector<std::array<Index, 2>> there(segments_), back(segments_);
+    for (auto& segment : back) std::swap(segment[0], segment[1]);
+    std::sort(there.begin(), there.end());
+    std::sort(back.begin(), back.end());
+    return there == back;
+  }
+
+  Outcome triangulate(Index facet, Patches& patches) {
+    if (has_vanished()) return Outcome::done;
+    const Plane& plane = parts_.planes[facet];
+    if (plane.normal == Vec3{0, 0, 0}) return Outcome::mismatch;
+    const Projection projection(plane.normal, parts_.points[point_of_local_[0]]);
+    flat_.clear();
+    lift_.clear();
+    for (const Index p : point_of_local_) {
+      flat_.push_back(projection(parts_.points[p]));
+      lift_.push_back(projection.lift(parts_.points[p]));
+    }
+    TriangulateOptions options;
+    options.lift = lift_.data();
+    if (triangulator_.run(flat_, segments_, options) != Status::done) {
+      for (const Index s : triangulator_.crossing()) put_back(facet, s, patches);
+      return Outcome::crossing;
+    }
+    if (find_touching(facet, patches)) return Outcome::crossing;
+    if (!area_agrees(facet, projection)) return Outcome::mismatch;
+    for (const auto& t : triangulator_.triangles())
+      emit(facet, {point_of_local_[t[0]], point_of_local_[t[1]], point_of_local_[t[2]]}, patches);
+    return Outcome::done;
+  }
+
+  void put_back(Index facet, Index segment, Patches& patches) const {
+    const Index farthest = parts_.pieces[piece_of_segment_[segment]].farthest;
+    if (farthest >= 0) patches.put_back.push_back({facet, farthest});
+  }
+
+  // A piece that was split has a point of the outline on it: its neighbour would not know of it.
+  bool find_touching(Index facet, Patches& patches) {
+    bool touching = false;
+    for (const auto& [a, b, segment] : triangulator_.pieces()) {
+      const auto& ends = segments_[segment];
+      if (std::minmax(a, b) == std::minmax(ends[0], ends[1])) continue;
+      touching = true;
+      put_back(facet, segment, patches);
+      for (Index s = 0; s < static_cast<Index>(segments_.size()); ++s)
+        for (const Index end : segments_[s])
+          if ((end == a || end == b) && end != ends[0] && end != ends[1]) put_back(facet, s, patches);
+    }
+    return touching;
+  }
+
+  bool area_agrees(Index facet, const Projection& projection) const {
+    double before = 0, after = 0, absolute = 0, moved = 0;
+    const auto at = [&](Index p) { return parts_.points[p]; };
+    for (const Index f : faces_of(facet)) {
+      const Face& face = parts_.faces[f];
+      const double area = projection.twice_area(at(face[0]), at(face[1]), at(face[2]));
+      before += area;
+      absolute += std::abs(area);
+    }
+    for (const auto& t : triangulator_.triangles())
+      after += projection.twice_area(at(point_of_local_[t[0]]), at(point_of_local_[t[1]]), at(point_of_local_[t[2]]));
+    double extent = 0;
+    for (const Index i : piece_of_segment_) {
+      const Piece& piece = parts_.pieces[i];
+      const double run = length(at(piece.to) - at(piece.from));
+      extent = std::max(extent, run);
+      moved += 2 * piece.deviation * (run + 2 * piece.deviation);
+    }
+    const double rounding = 1e-12 * (absolute + extent * extent);
+    return std::abs(after - before) <= moved + rounding;
+  }
+
+  const FacetParts& parts_;
+  const Runs& runs_;
+  Triangulator triangulator_;
+  std::vector<Index> local_of_point_;
+  std::vector<Index> point_of_local_;
+  std::vector<std::array<Index, 2>> segments_;
+  std::vector<Index> piece_of_segment_;
+  std::vector<Point2> flat_;
+  std::vector<double> lift_;
+};
+
+struct EdgeUse {
+  Index low, high;
+  Use use;
+  friend auto operator<=>(const EdgeUse&, const EdgeUse&) = default;
+};
+
+std::vector<EdgeUse> edge_uses(std::span<const Face> triangles, std::span<const Index> facet_of_triangle) {
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (int i = 0; i < 3; ++i) {
+      const Index a = triangles[t][i], b = triangles[t][(i + 1) % 3];
+      uses.push_back({std::min(a, b), std::max(a, b), {facet_of_triangle[t], a < b}});
+    }
+  std::sort(uses.begin(), uses.end());
+  return uses;
+}
+
+// Each facet that uses an edge inside itself uses it once each way.
+bool all_inner(std::span<const EdgeUse> uses) {
+  for (std::size_t i = 0; i < uses.size(); i += 2)
+    if (i + 1 == uses.size() || uses[i].use.facet != uses[i + 1].use.facet ||
+        uses[i].use.forward == uses[i + 1].use.forward)
+      return false;
+  return true;
+}
+
+}  // namespace
+
+Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep) {
+  Patches patches;
+  const Runs runs(parts);
+  Retriangulator retriangulator(parts, runs);
+  for (const Index facet : wanted) retriangulator.run(facet, keep[facet] != 0, patches);
+  std::sort(patches.put_back.begin(), patches.put_back.end());
+  patches.put_back.erase(std::unique(patches.put_back.begin(), patches.put_back.end()), patches.put_back.end());
+  return patches;
+}
+
+std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
+                                const PieceEdges& expected, std::span<const std::uint8_t> keep,
+                                std::span<const Index> back) {
+  const std::vector<EdgeUse> uses = edge_uses(triangles, facet_of_triangle);
+  std::vector<Index> blamed;
+  const auto blame = [&](Index facet) {
+    if (!keep[facet]) blamed.push_back(facet);
+  };
+  std::size_t e = 0;
+  const auto expected_uses = [&] {
+    return std::span<const Use>(expected.uses.data() + expected.use_start[e],
+                                expected.uses.data() + expected.use_start[e + 1]);
+  };
+  const auto skip_missing = [&](std::array<Index, 2> before) {
+    for (; e < expected.edges.size() && expected.edges[e] < before; ++e)
+      for (const Use& use : expected_uses()) blame(use.facet);
+  };
+  for (std::size_t from = 0; from < uses.size();) {
+    std::size_t to = from + 1;
+    while (to < uses.size() && uses[to].low == uses[from].low && uses[to].high == uses[from].high) ++to;
+    const std::span<const EdgeUse> found(uses.data() + from, uses.data() + to);
+    const std::array<Index, 2> edge{uses[from].low, uses[from].high};
+    from = to;
+    skip_missing(edge);
+    if (e < expected.edges.size() && expected.edges[e] == edge) {
+      const auto wanted = expected_uses();
+      const bool right = std::equal(found.begin(), found.end(), wanted.begin(), wanted.end(),
+                                    [](const EdgeUse& a, const Use& b) { return a.use == b; });
+      if (!right) {
+        for (const EdgeUse& use : found) blame(use.use.facet);
+        for (const Use& use : wanted) blame(use.facet);
+      }
+      ++e;
+      continue;
+    }
+    const bool right =
+        all_inner(found) &&
+        (found.size() == 2 || (found.size() == 4 && back[found[0].use.facet] == found[2].use.facet));
+    if (!right)
+      for (const EdgeUse& use : found) blame(use.use.facet);
+  }
+  skip_missing({std::numeric_limits<Index>::max(), 0});
+  std::sort(blamed.begin(), blamed.end());
+  blamed.erase(std::unique(blamed.begin(), blamed.end()), blamed.end());
+  return blamed;
+}
+
+}  // namespace bldsimp

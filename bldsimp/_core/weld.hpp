@@ -1,0 +1,27 @@
+// Weld: rows of a file become points, faces become triples of points, both in an order that depends
+// on coordinates alone, so that no later stage can depend on the order of the file.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "vec3.hpp"
+
+namespace bldsimp {
+
+struct Welded {
+  std::vector<Vec3> points;         // distinct positions that a face uses, in lexicographic order
+  std::vector<Index> point_of_row;  // -1 where no face uses the row
+  std::vector<Face> faces;          // least point first, winding kept; in lexicographic order
+  std::vector<Face> rows;           // the input rows of each face's corners
+  std::vector<Index> source;        // input face of each face
+  Index degenerate = 0;             // faces dropped since they repeat a point
+  Index duplicate = 0;              // faces dropped since they copy another with the same winding
+  double moved = 0;                 // greatest distance between a row and its point
+};
+
+// Points nearer than `distance` to an earlier point (in lexicographic order) become that point; with
+// 0, only equal points are one. Rows of `faces` must be in range and finite. O(n log n).
+Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance);
+
+}  // namespace bldsimp

@@ -1,0 +1,159 @@
+"""The pipeline: from a mesh to the fewest points that keep its surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .ladder import Assembled, climb
+from .options import NEEDLE_DIAGONAL, WIDTH_SHARE
+from .scene import Faces, Light, Mesh
+
+Indices = NDArray[np.int32]
+
+
+@dataclass
+class Outcome:
+    """What became of one mesh; lengths in its own frame.
+
+    Attributes
+    ----------
+    light : Light
+    points : (n, 3) float64
+        Welded points of the input, in lexicographic order.
+    triangles : (k, 3) int32
+        The result over `points`.
+    facet_of_triangle, facet_of_face : int32
+        Facets of the result's triangles and of the welded faces.
+    source : (m,) int32
+        Input face of each welded face.
+    planes : (f, 5) float64
+        Normal of each facet, and the least and greatest height of its points along it.
+    rung : (f,) uint8
+        `Rung` of each facet.
+    deviation : float
+        Certified bound, both ways.
+    """
+
+    light: Light
+    points: NDArray[np.float64]
+    triangles: Faces
+    facet_of_triangle: Indices
+    facet_of_face: Indices
+    source: Indices
+    planes: NDArray[np.float64]
+    rung: NDArray[np.uint8]
+    deviation: float = 0.0
+    degenerate: int = 0
+    duplicate: int = 0
+    turned: int = 0
+    healed: int = 0
+    reasons: dict[str, int] = field(default_factory=dict)
+
+
+def simplify_mesh(mesh: Mesh, tolerance: float, *, weld: float = 0.0, drop_attributes: bool = False) -> Outcome:
+    """Simplify one mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    tolerance : float
+        How far any point of the surface may move; model units of the mesh's own frame.
+    weld : float
+        Points nearer than this are one; model units of the mesh's own frame.
+    drop_attributes : bool
+        Simplify parts that carry attributes, too.
+
+    Returns
+    -------
+    Outcome
+
+    Notes
+    -----
+    Nearly linear in the number of faces. The result depends on the coordinates alone: every stage works
+    on points and faces in lexicographic order.
+    """
+    passed_on = np.array([bool(part.attributes) and not drop_attributes for part in mesh.parts], bool)
+    welded = _core.weld(mesh.points, mesh.faces, weld)
+    points = welded.points
+    part = mesh.part_of_face[welded.source]
+    pinned = passed_on[part]
+    faces, rows, turned = _orient(welded, pinned)
+
+    origin, diagonal, slack = _frame(points)
+    within = tolerance - slack - welded.moved if tolerance > 2 * slack + welded.moved else 0.0
+    width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
+    halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
+    label = np.where(pinned, np.int32(-1), part)
+    facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle)
+    frozen = np.zeros(len(facets.planes), np.uint8)
+    frozen[facets.facet_of_face[pinned]] = 1
+    outlines = _core.trace_outlines(faces, len(points), halfedges, facets, frozen)
+    assembled = climb(points, faces, facets, outlines, within, frozen)
+    light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, part, passed_on)
+    moved = assembled.deviation.max(initial=0.0) + welded.moved
+    return Outcome(
+        light=light,
+        points=points,
+        triangles=assembled.triangles,
+        facet_of_triangle=assembled.facet_of_triangle,
+        facet_of_face=facets.facet_of_face,
+        source=welded.source,
+        planes=facets.planes,
+        rung=assembled.rung,
+        deviation=moved + slack if moved > 0 or not assembled.unchanged.all() else 0.0,
+        degenerate=welded.degenerate,
+        duplicate=welded.duplicate,
+        turned=turned,
+        healed=assembled.healed,
+        reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
+    )
+
+
+def _orient(welded: _core.Welded, pinned: NDArray[np.bool_]) -> tuple[Faces, Faces, int]:
+    """Faces and their rows with consistent, outward winding, and how many faces that turned."""
+    turned = _core.find_turned(welded.points, welded.faces, welded.rows, pinned.astype(np.uint8))
+    if not len(turned):
+        return welded.faces, welded.rows, 0
+    faces, rows = welded.faces.copy(), welded.rows.copy()
+    for corners in (faces, rows):
+        corners[turned] = corners[turned][:, [0, 2, 1]]
+    return faces, rows, len(turned)
+
+
+def _frame(points: NDArray[np.float64]) -> tuple[tuple[float, float, float], float, float]:
+    """Middle and diagonal of the box of the points, and how far rounding blurs a distance there."""
+    if not len(points):
+        return (0.0, 0.0, 0.0), 0.0, 0.0
+    low, high = points.min(axis=0), points.max(axis=0)
+    x, y, z = (float(v) for v in low + (high - low) / 2)
+    slack = 2 * float(np.spacing(np.abs(points).max()))
+    return (x, y, z), math.dist(low, high), slack
+
+
+def _in_rows(
+    mesh: Mesh,
+    assembled: Assembled,
+    faces: Faces,
+    rows: Faces,
+    facet_of_face: Indices,
+    part: Indices,
+    passed_on: NDArray[np.bool_],
+) -> Light:
+    """The result in rows of the mesh; parts that are passed on keep their faces to the letter."""
+    found = _core.find_rows(
+        assembled.triangles, assembled.facet_of_triangle, faces, rows, facet_of_face, assembled.kept
+    )
+    part_of_facet = np.zeros(len(assembled.rung), np.int32)
+    part_of_facet[facet_of_face] = part
+    part_of_triangle = part_of_facet[assembled.facet_of_triangle]
+    fresh = ~passed_on[part_of_triangle]
+    untouched = passed_on[mesh.part_of_face]
+    return Light(
+        np.concatenate([found[fresh], mesh.faces[untouched]]),
+        np.concatenate([part_of_triangle[fresh], mesh.part_of_face[untouched]]),
+    )
