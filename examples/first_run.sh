@@ -1,0 +1,7 @@
+#!/bin/sh
+# Sets bldsimp up (the first time), simplifies the house in data/, and prints what became of it.
+set -eu
+cd "$(dirname "$0")/.."
+sh setup.sh
+mkdir -p build
+.venv/bin/bldsimp simplify data/building_a.obj build/building_a_light.glb --overwrite

@@ -1,0 +1,25 @@
+"""What several test files share."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def models() -> Path:
+    """Folder of third-party models, which are not part of the repository."""
+    folder = Path(os.environ.get("BLDSIMP_MODELS") or ROOT.parent / "shared" / "models")
+    if not folder.is_dir():
+        pytest.skip("no third-party models: set BLDSIMP_MODELS to their folder")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def data() -> Path:
+    """Folder of the project's own two buildings."""
+    return ROOT / "data"

@@ -1,0 +1,97 @@
+"""The two buildings in data/: closed, in agreement with their construction, and the same in both forms."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import cKDTree
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "examples"))
+
+from buildings.facet_model import Frame, Model, rectangle  # noqa: E402
+from buildings.house import house  # noqa: E402
+from buildings.tessellate import tessellate  # noqa: E402
+from buildings.tower import tower  # noqa: E402
+
+BUILDINGS = {"building_a": house, "building_b": tower}
+Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+def load(path: Path) -> trimesh.Trimesh:
+    """A mesh as it is stored, z upwards."""
+    mesh = trimesh.load_mesh(path, process=False)
+    if path.suffix == ".glb":
+        mesh.vertices = mesh.vertices @ Z_UP.T
+    return mesh
+
+
+def cube() -> Model:
+    """A unit cube with a square recess in its top."""
+    model = Model()
+    for origin, right in (((0, 0), (1, 0)), ((1, 0), (0, 1)), ((1, 1), (-1, 0)), ((0, 1), (0, -1))):
+        frame = Frame.through((*origin, 0), (*right, 0), (0, 0, 1))
+        model.plate(frame, rectangle(0, 0, 1, 1))
+    top = model.plate(Frame.through((0, 0, 1), (1, 0, 0), (0, 1, 0)), rectangle(0, 0, 1, 1))
+    top.recess(rectangle(0.25, 0.25, 0.75, 0.75), 0.5)
+    model.plate(Frame.through((0, 1, 0), (1, 0, 0), (0, -1, 0)), rectangle(0, 0, 1, 1))
+    return model
+
+
+def test_fewest_points_of_a_cube_with_a_recess() -> None:
+    model = cube().finish()
+    assert model.corners() == 16
+    assert model.fewest_triangles() == 28
+
+
+def test_finish_refuses_an_open_model() -> None:
+    model = cube()
+    model.plates.pop()
+    with pytest.raises(ValueError, match="is open"):
+        model.finish()
+
+
+@pytest.mark.parametrize("edge", [10.0, 0.3, 0.11])
+def test_tessellation_keeps_volume_and_closure(edge: float) -> None:
+    points, faces = tessellate(cube().finish(), edge)
+    mesh = trimesh.Trimesh(points, faces, process=False)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume == pytest.approx(1 - 0.25 * 0.5)
+    assert mesh.area == pytest.approx(6 + 4 * 0.5 * 0.5)
+    assert mesh.area_faces.min() > 0
+    assert np.linalg.norm(np.diff(points[mesh.edges_unique], axis=1), axis=-1).max() < max(edge * 3, 1.5)
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+@pytest.mark.parametrize("suffix", ["obj", "glb"])
+def test_building_is_a_closed_solid_of_its_construction(data: Path, name: str, suffix: str) -> None:
+    mesh = load(data / f"{name}.{suffix}")
+    model = BUILDINGS[name]()
+    plain = trimesh.Trimesh(*tessellate(model, 1e9), process=False)
+    assert len(plain.vertices) == model.corners()
+    assert len(plain.faces) == model.fewest_triangles()
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert len(np.unique(mesh.vertices, axis=0)) == len(mesh.vertices)
+    assert mesh.euler_number == plain.euler_number
+    assert mesh.body_count == plain.body_count
+    assert mesh.volume == pytest.approx(plain.volume, rel=1e-6)
+    assert mesh.area == pytest.approx(plain.area, rel=1e-6)
+    assert len(mesh.vertices) > 10 * model.corners()
+    assert cKDTree(mesh.vertices).query(plain.vertices)[0].max() < 4e-6
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_both_forms_are_one_model(data: Path, name: str) -> None:
+    text, binary = load(data / f"{name}.obj"), load(data / f"{name}.glb")
+    np.testing.assert_array_equal(text.faces, binary.faces)
+    np.testing.assert_allclose(text.vertices, binary.vertices, atol=2e-6, rtol=0)
+
+
+def test_files_stay_small(data: Path) -> None:
+    assert sum(path.stat().st_size for path in data.iterdir()) < 5_000_000

@@ -1,0 +1,87 @@
+"""The renderer: what is in front is drawn, edges are drawn, and what cannot be drawn is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("PIL")
+
+from bldsimp.compare.picture import Style, View, creases, crop, nearest_faces, picture
+from bldsimp.errors import BldsimpError
+
+SMALL = Style(width=120, height=100, samples=2)
+
+
+def square(height: float, size: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Two triangles in a horizontal plane about the z axis."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * size
+    return np.column_stack([corners, np.full(4, height)]), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def tetrahedron() -> View:
+    """A closed solid with six sharp edges."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    return View(points, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]), "one\ntwo")
+
+
+def test_the_nearest_face_wins() -> None:
+    corners = np.array(
+        [
+            [[0.0, 0, 1], [10, 0, 1], [0, 10, 1]],
+            [[0, 0, 2], [4, 0, 2], [0, 4, 2]],
+            [[0, 0, 0], [10, 0, 0], [0, 10, 0]],
+        ]
+    )
+    owner = nearest_faces(corners, 10, 10).reshape(10, 10)
+    assert owner[0, 0] == 1
+    assert owner[5, 2] == 0
+    assert owner[9, 9] == -1
+    assert not np.any(owner == 2)
+    for order in ([1, 2, 0], [2, 0, 1]):
+        again = nearest_faces(corners[order], 10, 10).reshape(10, 10)
+        np.testing.assert_array_equal(np.append(order, -1)[again], owner)
+
+
+def test_two_triangles_cover_their_square_once_and_without_a_gap() -> None:
+    points, faces = square(0.0)
+    corners = np.column_stack([points[:, :2] * 8 + 10, np.ones(4)])[faces]
+    owner = nearest_faces(corners, 20, 20).reshape(20, 20)
+    assert np.all(owner[2:18, 2:18] >= 0)
+    assert np.count_nonzero(owner >= 0) == 16 * 16
+
+
+def test_creases_are_the_edges_where_the_surface_bends_or_ends() -> None:
+    assert creases(tetrahedron()).all()
+    points, faces = square(0.0)
+    np.testing.assert_array_equal(
+        creases(View(points, faces, "")), [[True, True, False], [False, True, True]]
+    )
+
+
+def test_picture_shows_each_view_in_its_own_half() -> None:
+    image = np.asarray(picture([tetrahedron(), tetrahedron()], SMALL))
+    assert image.shape[1] == 2 * SMALL.width
+    left, right = image[:, : SMALL.width], image[:, SMALL.width :]
+    drawn = (left != 255).any(axis=2)
+    assert 0.1 < drawn.mean() < 0.9
+    np.testing.assert_array_equal(left, right)
+
+
+def test_picture_is_the_same_for_faces_in_another_order() -> None:
+    view = tetrahedron()
+    turned = View(view.points, view.faces[::-1], view.caption)
+    first, second = (np.asarray(picture([each], SMALL)) for each in (view, turned))
+    assert (np.abs(first.astype(int) - second) > 8).mean() < 0.02
+
+
+def test_crop_keeps_the_rows_that_any_panel_uses() -> None:
+    blank = np.full((50, 4, 3), 255, dtype=np.uint8)
+    one, two = blank.copy(), blank.copy()
+    one[20], two[30] = 0, 0
+    assert [panel.shape[0] for panel in crop([one, two], margin=2)] == [15, 15]
+
+
+def test_nothing_to_draw_is_an_error() -> None:
+    with pytest.raises(BldsimpError, match="nothing to draw"):
+        picture([View(np.zeros((3, 3)), np.zeros((0, 3), dtype=int), "")], SMALL)
