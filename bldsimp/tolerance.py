@@ -40,6 +40,11 @@ def epsilon(scene: Scene) -> float:
     return max((spacing(mesh) * scale(mesh) for mesh in scene.meshes), default=0.0)
 
 
+def blur(scene: Scene) -> float:
+    """Like `epsilon`, but of the numbers that the scene went through: see `rounding_spacing`."""
+    return max((rounding_spacing(mesh) * scale(mesh) for mesh in scene.meshes), default=0.0)
+
+
 def spacing(mesh: Mesh) -> float:
     """Distance between neighbouring stored numbers at a mesh's largest coordinate, in its own frame.
 

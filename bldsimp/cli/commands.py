@@ -135,7 +135,7 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
     from ..io import read, write
     from ..io.target import replace_files
     from ..report import summary
-    from ..simplify_scene import simplify_scene
+    from ..simplified import simplify_scene
 
     scene = read(_data(read_from), read_from.format)
     after_read = time.perf_counter()
