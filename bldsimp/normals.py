@@ -76,7 +76,9 @@ def smooth_normals(points: Points, faces: Faces) -> Normals:
         for axis in range(3):
             total[:, axis] += np.bincount(position[faces[:, corner]], weighted[:, axis], len(first))
     length = np.linalg.norm(total, axis=1)
-    total = np.where(length[:, None] > 0.0, total / np.maximum(length, np.finfo(float).tiny)[:, None], (0.0, 0.0, 1.0))
+    total = np.where(
+        length[:, None] > 0.0, total / np.maximum(length, np.finfo(float).tiny)[:, None], (0.0, 0.0, 1.0)
+    )
     normals = np.zeros_like(points)
     normals[used] = total[position]
     return normals

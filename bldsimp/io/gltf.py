@@ -69,7 +69,9 @@ class Document:
         if count < 0:
             raise InputError(f"glTF accessor {index} has a negative count: the file is damaged")
         if "bufferView" in accessor:
-            values = self._strided(accessor["bufferView"], accessor.get("byteOffset", 0), kind, (count, width))
+            values = self._strided(
+                accessor["bufferView"], accessor.get("byteOffset", 0), kind, (count, width)
+            )
         else:
             values = np.zeros((count, width), kind)
         sparse = accessor.get("sparse")
@@ -77,7 +79,9 @@ class Document:
             values = values.copy()
             places, changes = self._sparse(sparse, kind, width, index)
             if len(places) and int(places.max()) >= count:
-                raise InputError(f"glTF accessor {index} has a sparse index out of range: the file is damaged")
+                raise InputError(
+                    f"glTF accessor {index} has a sparse index out of range: the file is damaged"
+                )
             values[places] = changes
         return values
 
@@ -115,9 +119,7 @@ class Document:
             raise InputError(f"glTF accessor {index} is sparse in a way that is not understood") from None
         return places[:, 0], changes
 
-    def _strided(
-        self, index: int, offset: int, kind: np.dtype[Any], shape: tuple[int, int]
-    ) -> NDArray[Any]:
+    def _strided(self, index: int, offset: int, kind: np.dtype[Any], shape: tuple[int, int]) -> NDArray[Any]:
         view = self._item("bufferViews", index)
         for extension in view.get("extensions", {}):
             refuse_packed(extension)
@@ -227,7 +229,9 @@ def _buffer(entry: dict[str, Any], number: int, binary: bytes | None, beside: Be
             refuse_packed(next(key for key in entry["extensions"] if key in _PACKED))
             found = None
         else:
-            raise InputError(f"glTF buffer {number} has neither a URI nor a binary chunk: the file is damaged")
+            raise InputError(
+                f"glTF buffer {number} has neither a URI nor a binary chunk: the file is damaged"
+            )
     else:
         found = data_uri(uri) if uri.startswith("data:") else beside(unquote(uri))
     if found is None:
@@ -245,7 +249,11 @@ def data_uri(uri: str) -> bytes:
     try:
         if not comma:
             raise ValueError
-        return base64.b64decode(body, validate=True) if head.endswith(";base64") else unquote(body).encode("latin-1")
+        return (
+            base64.b64decode(body, validate=True)
+            if head.endswith(";base64")
+            else unquote(body).encode("latin-1")
+        )
     except (binascii.Error, ValueError):
         raise InputError("a data URI of the glTF file cannot be decoded: the file is damaged") from None
 

@@ -117,10 +117,13 @@ def _add_mesh(
         if not sum(map(len, faces)):
             continue
         columns = _columns(one, np.concatenate(faces).reshape(-1), origin, bool(one.kept[group[0]]))
-        first, inverse = distinct_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
+        first, inverse = distinct_rows(
+            np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1)
+        )
         vertices += len(first)
         attributes = {
-            name: body.add_vertices(values[first], bounds=name == "POSITION") for name, values in columns.items()
+            name: body.add_vertices(values[first], bounds=name == "POSITION")
+            for name, values in columns.items()
         }
         start = 0
         for number, own in zip(group, faces, strict=True):

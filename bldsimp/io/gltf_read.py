@@ -213,7 +213,9 @@ def _material(document: Document, primitive: dict[str, Any]) -> Material | None:
     texture = metallic.get("baseColorTexture", {}).get("index")
     textures = document.items("textures")
     image = textures[texture].get("source") if texture is not None and texture < len(textures) else None
-    return Material(str(entry.get("name", f"material {number}")), color, None if image is None else str(image))
+    return Material(
+        str(entry.get("name", f"material {number}")), color, None if image is None else str(image)
+    )
 
 
 def _instances(document: Document) -> tuple[dict[int, list[NDArray[np.float64]]], set[int]]:
@@ -251,7 +253,11 @@ def _roots(document: Document) -> list[int]:
 def _gpu_instances(document: Document, node: dict[str, Any]) -> list[NDArray[np.float64]]:
     """Transforms that EXT_mesh_gpu_instancing gives a node; the identity where it has none."""
     accessors = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
-    known = {key.lower(): document.numbers(accessors[key]) for key in ("TRANSLATION", "ROTATION", "SCALE") if key in accessors}
+    known = {
+        key.lower(): document.numbers(accessors[key])
+        for key in ("TRANSLATION", "ROTATION", "SCALE")
+        if key in accessors
+    }
     if not known:
         return [np.eye(4)]
     count = min(map(len, known.values()))

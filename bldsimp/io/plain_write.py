@@ -78,11 +78,16 @@ def _ply_header(kind: list[tuple[str, str]], count: int, sizes: NDArray[np.int64
 
 
 def _ply_text(
-    vertices: NDArray[np.float64], kind: list[tuple[str, str]], sizes: NDArray[np.int64], corners: NDArray[np.int64]
+    vertices: NDArray[np.float64],
+    kind: list[tuple[str, str]],
+    sizes: NDArray[np.int64],
+    corners: NDArray[np.int64],
 ) -> bytes:
     whole = [width == "u1" for _, width in kind]
     lines = [
-        " ".join(str(int(value)) if integer else repr(value) for value, integer in zip(row, whole, strict=True))
+        " ".join(
+            str(int(value)) if integer else repr(value) for value, integer in zip(row, whole, strict=True)
+        )
         for row in vertices.tolist()
     ]
     place = 0

@@ -65,7 +65,9 @@ def read_ply(data: bytes, warnings: list[str]) -> list[Mesh]:
     InputError
     """
     encoding, elements, start = _header(data)
-    columns = _text(data[start:], elements) if encoding == "ascii" else _binary(data, start, encoding, elements)
+    columns = (
+        _text(data[start:], elements) if encoding == "ascii" else _binary(data, start, encoding, elements)
+    )
     _name_rest(elements, warnings)
     if "vertex" not in columns or not {"x", "y", "z"} <= columns["vertex"].scalars.keys():
         raise InputError("the PLY file has no points with x, y and z")
@@ -74,11 +76,14 @@ def read_ply(data: bytes, warnings: list[str]) -> list[Mesh]:
     sizes, corners, face_extra = _polygons(columns.get("face"))
     part = Part("mesh")
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
-    mesh = polygon_mesh("", points, Polygons(offsets, corners, np.zeros(len(sizes), np.int32)), [part], warnings)
+    mesh = polygon_mesh(
+        "", points, Polygons(offsets, corners, np.zeros(len(sizes), np.int32)), [part], warnings
+    )
     if {"nx", "ny", "nz"} <= vertex.keys():
         mesh.normals = np.nan_to_num(
             np.stack([vertex[axis].astype(np.float64) for axis in ("nx", "ny", "nz")], axis=1),
-            posinf=0.0, neginf=0.0,
+            posinf=0.0,
+            neginf=0.0,
         )
     types = {p.name: p.type for e in elements if e.name == "vertex" for p in e.properties}
     mesh.source.format = PlyFormat(encoding, types["x"] == "f8")
@@ -125,7 +130,9 @@ def _binary(data: bytes, place: int, encoding: str, elements: list[Element]) -> 
     for element in elements:
         if not element.rows or not element.properties:
             sizes = [_even_lengths(element, 0)] if element.properties else []
-            columns[element.name] = _split(np.zeros(0, np.dtype(sizes[0])), element) if sizes else Columns({}, {})
+            columns[element.name] = (
+                _split(np.zeros(0, np.dtype(sizes[0])), element) if sizes else Columns({}, {})
+            )
             continue
         found = _even_rows(data, place, order, element)
         if found is None:
@@ -144,7 +151,10 @@ def _even_lengths(element: Element, length: int | list[int], order: str = "<") -
         if prop.count is None:
             fields.append((f"v{number}", order + prop.type))
         else:
-            fields += [(f"n{number}", order + prop.count), (f"v{number}", order + prop.type, (next(lengths),))]
+            fields += [
+                (f"n{number}", order + prop.count),
+                (f"v{number}", order + prop.type, (next(lengths),)),
+            ]
     return fields
 
 

@@ -108,9 +108,7 @@ def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
     polygons = _turned(one.polygons) if mirrored else one.polygons
-    return Sheet(
-        one.name, placed(one.points, transform), normals, one.carried, polygons, one.parts, one.kept
-    )
+    return Sheet(one.name, placed(one.points, transform), normals, one.carried, polygons, one.parts, one.kept)
 
 
 def _with_kept(

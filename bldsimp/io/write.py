@@ -174,7 +174,9 @@ def _gltf_files(
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
     if json_.get("buffers"):
         name = _buffer_name(scene, main)
-        uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else name
+        uri = (
+            "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else name
+        )
         json_["buffers"][0] = {"uri": uri, **json_["buffers"][0]}
         if not embedded:
             beside[main.with_name(name)] = binary
@@ -185,7 +187,11 @@ def _gltf_files(
 
 def _buffer_name(scene: Scene, main: Path) -> str:
     """The buffer's file: the source's own where the document is written over itself."""
-    if scene.path is not None and isinstance(scene.source, Document) and scene.path.resolve() == main.resolve():
+    if (
+        scene.path is not None
+        and isinstance(scene.source, Document)
+        and scene.path.resolve() == main.resolve()
+    ):
         uris = [entry.get("uri", "") for entry in scene.source.items("buffers")]
         if len(uris) == 1 and uris[0] and "/" not in uris[0] and not uris[0].startswith("data:"):
             return str(uris[0])
@@ -229,7 +235,9 @@ def _warn_of_losses(scene: Scene, sheets: list[Sheet], format_: str, written: Wr
         written.warnings.append(f"{format_.upper()} does not hold {_names(lost)}: lost")
     parts = [part for mesh in scene.meshes for part in mesh.parts]
     if len(parts) > 1 or any(getattr(part.source, "material", None) for part in parts):
-        written.warnings.append(f"{format_.upper()} holds no parts or materials: those of {len(parts):,} parts are lost")
+        written.warnings.append(
+            f"{format_.upper()} holds no parts or materials: those of {len(parts):,} parts are lost"
+        )
     if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
         written.warnings.append(f"{format_.upper()} holds no instances: each was written out")
     if format_ == "stl" and any(one.normals is not None for one in sheets):
@@ -308,8 +316,11 @@ def _differs(path: Path, data: bytes) -> bool:
 
 
 def _to_stream(stream: BinaryIO, data: bytes) -> None:
+    """Write all of it: an unbuffered pipe takes only as much as it has room for."""
+    rest = memoryview(data)
     try:
-        stream.write(data)
+        while len(rest):
+            rest = rest[stream.write(rest) :]
         stream.flush()
     except BrokenPipeError:
         raise
