@@ -23,6 +23,7 @@ struct Patches {
   std::vector<Index> facet_of_triangle;  // in the order in which the facets were asked for
   std::vector<Outcome> outcomes;         // one for each facet asked for
   std::vector<std::array<Index, 2>> put_back;  // {facet, point}: what may resolve a crossing; sorted
+  std::vector<std::array<Index, 2>> trouble;   // {facet, point}: where pieces cross or touch; sorted
 };
 
 // What every facet is made of; plain views, so that nothing is copied between stages.
@@ -43,11 +44,16 @@ struct FacetParts {
 // with what thinning may have changed. Those with keep[facet] return their own faces.
 Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep);
 
-// Facets (sorted) whose triangles do not use the edges as they must: piece edges as `expected` tells, all
-// others once each way by one facet, or by a facet and its back (see Outlines). Facets in `keep` are never
-// blamed.
-std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                                const PieceEdges& expected, std::span<const std::uint8_t> keep,
-                                std::span<const Index> back);
+// A facet whose triangles do not use an edge as they must.
+struct Misfit {
+  Index facet, low, high;
+  friend auto operator<=>(const Misfit&, const Misfit&) = default;
+};
+
+// Piece edges must be used as `expected` tells, all others once each way by one facet, or by a facet and
+// its back (see Outlines). Facets in `keep` are never blamed. Sorted. O(n log n).
+std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
+                                 const PieceEdges& expected, std::span<const std::uint8_t> keep,
+                                 std::span<const Index> back);
 
 }  // namespace bldsimp
