@@ -206,7 +206,7 @@ class _Ladder:
         failed = np.flatnonzero(outcomes >= Cause.CROSSING)
         for i in failed:
             part = wanted[i]
-            self._step_down(part, Cause(int(outcomes[i])), _of(part, patches.put_back), _of(part, patches.trouble))
+            self._step_down(part, Cause(int(outcomes[i])), _of(part, patches.put_back)[:, 0], _of(part, patches.trouble))
         return len(failed) == 0
 
     def _fits_together(self) -> bool:
@@ -215,8 +215,8 @@ class _Ladder:
             self.triangles, self.part_of_triangle, self.edges, self.unchanged, self.outlines
         )
         for part in np.unique(misfits[:, 0]):
-            ends = misfits[misfits[:, 0] == part, 1:].reshape(-1)
-            self._step_down(part, Cause.MISFIT, ends[:0], np.unique(ends))
+            ends = np.unique(_of(part, misfits))
+            self._step_down(part, Cause.MISFIT, ends[:0], np.stack([ends, ends], axis=1))
         return len(misfits) == 0
 
     def _step_down(self, part: np.int32, cause: Cause, culprits: Indices, trouble: Indices) -> None:
@@ -232,7 +232,7 @@ class _Ladder:
             rung = Rung.SOME_FACES_KEPT
             self.splits[self.facet_of_part[part]] += 1
             own = self.face_order[self.face_start[part] : self.face_start[part + 1]]
-            self.cut.append(own[np.isin(self.faces[own], trouble).any(axis=1)])
+            self.cut.append(own[_touch(self.faces[own], trouble)])
         elif len(dropped):
             rung = Rung.OUTLINE_PUT_BACK
             self._put_back(dropped)
@@ -297,7 +297,13 @@ def _starts(counts: NDArray[np.int64]) -> Indices:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
 
 
-def _of(part: np.int32, pairs: Indices) -> Indices:
-    """Second column of the rows that belong to a part; `pairs` are sorted."""
-    low, high = np.searchsorted(pairs[:, 0], [part, part + 1])
-    return pairs[low:high, 1]
+def _of(part: np.int32, rows: Indices) -> Indices:
+    """What follows the part in the rows that belong to it; `rows` are sorted."""
+    low, high = np.searchsorted(rows[:, 0], [part, part + 1])
+    return rows[low:high, 1:]
+
+
+def _touch(faces: Faces, edges: Indices) -> NDArray[np.bool_]:
+    """Faces that have both ends of an edge; of an edge with equal ends, that point."""
+    both = [np.isin(faces, edge).sum(axis=1) == (2 if edge[0] != edge[1] else 1) for edge in edges]
+    return np.any(both, axis=0)

@@ -148,7 +148,7 @@ class Retriangulator {
     if (triangulator_.run(flat_, segments_, options) != Status::done) {
       for (const Index s : triangulator_.crossing()) {
         put_back(facet, s, patches);
-        for (const Index end : segments_[s]) note_trouble(facet, end, patches);
+        note_trouble(facet, segments_[s][0], segments_[s][1], patches);
       }
       return Outcome::crossing;
     }
@@ -164,8 +164,9 @@ class Retriangulator {
     if (farthest >= 0) patches.put_back.push_back({facet, farthest});
   }
 
-  void note_trouble(Index facet, Index local, Patches& patches) const {
-    patches.trouble.push_back({facet, point_of_local_[local]});
+  void note_trouble(Index facet, Index a, Index b, Patches& patches) const {
+    const auto [low, high] = std::minmax(point_of_local_[a], point_of_local_[b]);
+    patches.trouble.push_back({facet, low, high});
   }
 
   // A piece that was split has a point of the outline on it: its neighbour would not know of it.
@@ -176,7 +177,9 @@ class Retriangulator {
       if (std::minmax(a, b) == std::minmax(ends[0], ends[1])) continue;
       touching = true;
       put_back(facet, segment, patches);
-      for (const Index end : {a, b, ends[0], ends[1]}) note_trouble(facet, end, patches);
+      note_trouble(facet, ends[0], ends[1], patches);
+      for (const Index end : {a, b})
+        if (end != ends[0] && end != ends[1]) note_trouble(facet, end, end, patches);
       for (Index s = 0; s < static_cast<Index>(segments_.size()); ++s)
         for (const Index end : segments_[s])
           if ((end == a || end == b) && end != ends[0] && end != ends[1]) put_back(facet, s, patches);
@@ -300,8 +303,13 @@ std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<cons
     const bool right =
         all_inner(found) &&
         (found.size() == 2 || (found.size() == 4 && back[found[0].use.facet] == found[2].use.facet));
-    if (!right)
-      for (const EdgeUse& use : found) blame(use.use.facet, edge);
+    if (right) continue;
+    // Where facets laid an inner edge on one another, it may stay in one of them.
+    const bool one_may_stay = all_inner(found) && std::none_of(found.begin(), found.end(), [&](const EdgeUse& use) {
+                                return keep[use.use.facet];
+                              });
+    for (const EdgeUse& use : found)
+      if (!one_may_stay || use.use.facet != found[0].use.facet) blame(use.use.facet, edge);
   }
   skip_missing({std::numeric_limits<Index>::max(), 0});
   sort_unique(misfits);
