@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -155,11 +155,15 @@ def triangulate(
     2
     >>> square.validate()
     """
-    checked_points = _check_points(points)
-    checked_segments = _check_segments(segments, len(checked_points))
-    crossing, all_points, triangles, neighbours, point_of_input, pieces, counts = _core.triangulate(
-        checked_points, checked_segments, carve, split_crossings
-    )
+    cast_points = _cast_points(points)
+    cast_segments = _cast_segments(segments, len(cast_points))
+    try:
+        result = _core.triangulate(cast_points, cast_segments, carve, split_crossings)
+    except (ValueError, IndexError):
+        _blame_points(cast_points)
+        _blame_segments(cast_segments, len(cast_points))
+        raise
+    crossing, all_points, triangles, neighbours, point_of_input, pieces, counts = result
     if crossing is not None:
         first, second = crossing
         raise TopologyError(
@@ -172,30 +176,27 @@ def triangulate(
         point_of_input,
         pieces[:, :2],
         pieces[:, 2],
-        checked_segments,
+        cast_segments,
         carve,
         Statistics(*counts),
     )
 
 
-def _check_points(points: ArrayLike) -> Points:
+def _cast_points(points: ArrayLike) -> Points:
     try:
-        checked = np.ascontiguousarray(points, dtype=np.float64)
+        cast = np.ascontiguousarray(points, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"points are not numbers in rows of two: {error}") from error
-    if checked.size == 0:
+    if cast.size == 0:
         return np.empty((0, 2))
-    if checked.ndim != 2 or checked.shape[1] != 2:
-        raise InputError(f"points have shape {checked.shape}, not (m, 2)")
-    if len(checked) >= MOST_POINTS:
-        raise InputError(f"{len(checked)} points; at most {MOST_POINTS - 1} can be triangulated at once")
-    if not np.isfinite(checked).all():
-        rows = np.flatnonzero(~np.isfinite(checked).all(axis=1))
-        raise InputError(f"points not finite: {_name(rows)}")
-    return checked
+    if cast.ndim != 2 or cast.shape[1] != 2:
+        raise InputError(f"points have shape {cast.shape}, not (m, 2)")
+    if len(cast) >= MOST_POINTS:
+        raise InputError(f"{len(cast)} points; at most {MOST_POINTS - 1} can be triangulated at once")
+    return cast
 
 
-def _check_segments(segments: ArrayLike, point_count: int) -> NDArray[np.int32]:
+def _cast_segments(segments: ArrayLike, point_count: int) -> NDArray[np.int32]:
     try:
         given = np.asarray(segments)
     except ValueError as error:
@@ -206,10 +207,23 @@ def _check_segments(segments: ArrayLike, point_count: int) -> NDArray[np.int32]:
         raise InputError(f"segments have shape {given.shape}, not (t, 2)")
     if given.dtype.kind not in "iu":
         raise InputError(f"segments are {given.dtype}, not integers")
-    if given.min() < 0 or given.max() >= point_count:
-        rows = np.flatnonzero(((given < 0) | (given >= point_count)).any(axis=1))
-        raise InputError(f"segments with an end outside the {point_count} points: {_name(rows)}")
+    if given.dtype != np.int32:  # int32 is checked by the core; what is wider would wrap in the cast
+        _blame_segments(given, point_count)
     return np.ascontiguousarray(given, dtype=np.int32)
+
+
+def _blame_points(points: Points) -> None:
+    """Raise with the rows that are not finite, if any."""
+    rows = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(rows):
+        raise InputError(f"points not finite: {_name(rows)}")
+
+
+def _blame_segments(segments: NDArray[np.integer[Any]], point_count: int) -> None:
+    """Raise with the rows that have an end out of range, if any."""
+    if segments.min(initial=0) < 0 or segments.max(initial=-1) >= point_count:
+        rows = np.flatnonzero(((segments < 0) | (segments >= point_count)).any(axis=1))
+        raise InputError(f"segments with an end outside the {point_count} points: {_name(rows)}")
 
 
 def _name(rows: NDArray[np.intp]) -> str:

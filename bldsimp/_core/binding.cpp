@@ -268,12 +268,32 @@ auto signs(const Predicate& predicate, const Array& first, const Arrays&... rest
   return give<std::int8_t>(std::move(result));
 }
 
+// Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.
+void check_finite(std::span<const double> numbers) {
+  double sum = 0.0;  // not a number as soon as any x * 0 is not 0
+  for (const double number : numbers) sum += number * 0.0;
+  if (sum != 0.0) throw nb::value_error("not finite");
+}
+void check_range(std::span<const Index> indices, std::size_t count) {
+  bool within = true;
+  for (const Index index : indices) within &= static_cast<std::size_t>(index) < count;
+  if (!within) throw nb::index_error("index out of range");
+}
+
 // (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
 // statistics); nothing after the points counts where segments cross.
 nb::tuple triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
                       const std::optional<Doubles>& lift) {
+  check_finite({points.data(), points.size()});
+  check_range({segments.data(), segments.size()}, points.shape(0));
   if (lift && lift->shape(0) != points.shape(0)) throw nb::value_error("one lift per point");
-  Triangulator triangulator;
+  if (lift) check_finite(flat(*lift));
+  // Small inputs share one workspace per thread; a large one gives its memory back.
+  constexpr std::size_t small = 10000;
+  static thread_local Triangulator shared;
+  std::optional<Triangulator> own;
+  if (points.shape(0) > small) own.emplace();
+  Triangulator& triangulator = own ? *own : shared;
   Status status;
   {
     nb::gil_scoped_release release;
@@ -297,6 +317,7 @@ void bind_triangulation(nb::module_& m) {
   m.def(
       "triangulate_polygons",
       [](Points3 points, In<std::int64_t, nb::shape<-1>> offsets, Indices corners) {
+        check_range(flat(corners), points.shape(0));
         PolygonFaces result;
         {
           nb::gil_scoped_release release;
