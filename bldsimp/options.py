@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+from .errors import UsageError
 
 AUTO_SPACINGS = 16.0
 """`auto` tolerance in units of the spacing of the stored numbers at the largest coordinate."""
@@ -61,3 +64,38 @@ class Options:
     normals: str = "auto"
     drop_attributes: bool = False
     baseline: bool = False
+
+
+def parse_tolerance(text: str) -> Tolerance:
+    """Read ``auto``, a length in model units (``0.02``) or a share of the diagonal (``0.1%``).
+
+    Raises
+    ------
+    UsageError
+        Where the text is none of these, or the number is negative, infinite or no number.
+
+    Examples
+    --------
+    >>> parse_tolerance("0.1%")
+    Tolerance(value=0.1, unit='percent')
+    """
+    if text.strip().lower() == "auto":
+        return Tolerance()
+    percent = text.strip().endswith("%")
+    return Tolerance(parse_length(text.strip().removesuffix("%"), text), "percent" if percent else "length")
+
+
+def parse_length(text: str, shown: str | None = None) -> float:
+    """Read a length: a finite number that is not negative.
+
+    Raises
+    ------
+    UsageError
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= 0.0):
+        raise UsageError(f"'{shown or text}' is not a length: give a number that is finite and not negative")
+    return value

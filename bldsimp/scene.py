@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .options import Options
+
 Points = NDArray[np.float64]
 Faces = NDArray[np.int32]
 
@@ -34,6 +36,10 @@ class Part:
     name: str
     attributes: tuple[str, ...] = ()
     source: Any = None
+
+    def passed_on(self, options: Options) -> bool:
+        """Whether the part is to be left untouched, because it carries what would be lost."""
+        return bool(self.attributes) and not options.drop_attributes
 
 
 @dataclass

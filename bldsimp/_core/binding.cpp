@@ -103,6 +103,16 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(halfedges, "twin", &Halfedges::twin);
   def_view<Index>(halfedges, "group_start", &Halfedges::group_start);
   def_view<Index>(halfedges, "group_members", &Halfedges::group_members);
+  halfedges.def_ro("open_edges", &Halfedges::open_edges)
+      .def_ro("nonmanifold_edges", &Halfedges::nonmanifold_edges);
+  m.def(
+      "count_edges",
+      [](Faces3 faces, Index point_count) {
+        nb::gil_scoped_release release;
+        const auto [open, nonmanifold] = count_edges(rows<Face>(faces), point_count);
+        return std::tuple(open, nonmanifold);
+      },
+      "faces"_a, "point_count"_a);
   m.def(
       "pair_halfedges",
       [](Points3 points, Faces3 faces, Indices row_of_corner, double width) {

@@ -62,6 +62,8 @@ Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> fac
   Halfedges result;
   result.twin.assign(3 * faces.size(), -1);
   for_each_edge(faces, static_cast<Index>(points.size()), [&](std::span<const Index> edge) {
+    result.open_edges += edge.size() == 1;
+    result.nonmanifold_edges += edge.size() > 2;
     if (edge.size() == 1) return;
     if (edge.size() == 2 && pairing.start(edge[0]) != pairing.start(edge[1])) {
       result.twin[edge[0]] = edge[1];
@@ -74,6 +76,15 @@ Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> fac
     result.group_start.push_back(static_cast<Index>(result.group_members.size()));
   });
   return result;
+}
+
+std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count) {
+  std::array<Index, 2> counts{0, 0};
+  for_each_edge(faces, point_count, [&](std::span<const Index> edge) {
+    counts[0] += edge.size() == 1;
+    counts[1] += edge.size() > 2;
+  });
+  return counts;
 }
 
 }  // namespace bldsimp

@@ -14,6 +14,8 @@ struct Halfedges {
   // the halfedges of group g are members[start[g]] .. members[start[g + 1] - 1].
   std::vector<Index> group_start{0};
   std::vector<Index> group_members;
+  Index open_edges = 0;         // edges of one face
+  Index nonmanifold_edges = 0;  // edges of more than two
 };
 
 // Twins are the two opposite halfedges of an edge. Where more than two faces meet they are sought
@@ -22,5 +24,8 @@ struct Halfedges {
 // `row_of_corner` has the file's row of each corner of `faces`. O(halfedges).
 Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces,
                          std::span<const Index> row_of_corner, double width);
+
+// Edges of one face, and edges of more than two. O(faces).
+std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count);
 
 }  // namespace bldsimp

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from . import _core
 from .ladder import Assembled, climb
-from .options import NEEDLE_DIAGONAL, WIDTH_SHARE
+from .options import NEEDLE_DIAGONAL, WIDTH_SHARE, Options
+from .report import Counts
 from .scene import Faces, Light, Mesh
 
 Indices = NDArray[np.int32]
@@ -33,10 +34,17 @@ class Outcome:
         Input face of each welded face.
     planes : (f, 5) float64
         Normal of each facet, and the least and greatest height of its points along it.
-    rung : (f,) uint8
-        `Rung` of each facet.
+    rung, unchanged : (f,) uint8
+        `Rung` of each facet; whether its own faces stayed.
     deviation : float
         Certified bound, both ways.
+    before, after : Counts
+    degenerate, duplicate : int
+        Faces dropped since they repeat a point, or copy another face.
+    turned, healed : int
+        Faces whose winding was turned; T-junctions that closed.
+    reasons : dict of str to int
+        Why facets stand below the first rung.
     """
 
     light: Light
@@ -47,6 +55,9 @@ class Outcome:
     source: Indices
     planes: NDArray[np.float64]
     rung: NDArray[np.uint8]
+    unchanged: NDArray[np.uint8]
+    before: Counts
+    after: Counts
     deviation: float = 0.0
     degenerate: int = 0
     duplicate: int = 0
@@ -55,7 +66,7 @@ class Outcome:
     reasons: dict[str, int] = field(default_factory=dict)
 
 
-def simplify_mesh(mesh: Mesh, tolerance: float, *, weld: float = 0.0, drop_attributes: bool = False) -> Outcome:
+def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = Options()) -> Outcome:
     """Simplify one mesh.
 
     Parameters
@@ -63,10 +74,8 @@ def simplify_mesh(mesh: Mesh, tolerance: float, *, weld: float = 0.0, drop_attri
     mesh : Mesh
     tolerance : float
         How far any point of the surface may move; model units of the mesh's own frame.
-    weld : float
-        Points nearer than this are one; model units of the mesh's own frame.
-    drop_attributes : bool
-        Simplify parts that carry attributes, too.
+    options : Options
+        `weld` (model units of the mesh's own frame) and `drop_attributes`.
 
     Returns
     -------
@@ -77,8 +86,8 @@ def simplify_mesh(mesh: Mesh, tolerance: float, *, weld: float = 0.0, drop_attri
     Nearly linear in the number of faces. The result depends on the coordinates alone: every stage works
     on points and faces in lexicographic order.
     """
-    passed_on = np.array([bool(part.attributes) and not drop_attributes for part in mesh.parts], bool)
-    welded = _core.weld(mesh.points, mesh.faces, weld)
+    passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
+    welded = _core.weld(mesh.points, mesh.faces, options.weld)
     points = welded.points
     part = mesh.part_of_face[welded.source]
     pinned = passed_on[part]
@@ -94,8 +103,9 @@ def simplify_mesh(mesh: Mesh, tolerance: float, *, weld: float = 0.0, drop_attri
     frozen[facets.facet_of_face[pinned]] = 1
     outlines = _core.trace_outlines(faces, len(points), halfedges, facets, frozen)
     assembled = climb(points, faces, facets, outlines, within, frozen)
+    before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
     light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, part, passed_on)
-    moved = assembled.deviation.max(initial=0.0) + welded.moved
+    moved = float(assembled.deviation.max(initial=0.0)) + welded.moved
     return Outcome(
         light=light,
         points=points,
@@ -105,12 +115,29 @@ def simplify_mesh(mesh: Mesh, tolerance: float, *, weld: float = 0.0, drop_attri
         source=welded.source,
         planes=facets.planes,
         rung=assembled.rung,
+        unchanged=assembled.unchanged,
+        before=before,
+        after=_counts(
+            int(np.count_nonzero(np.bincount(assembled.triangles.reshape(-1)))),
+            len(light.faces),
+            *_core.count_edges(assembled.triangles, len(points)),
+        ),
         deviation=moved + slack if moved > 0 or not assembled.unchanged.all() else 0.0,
         degenerate=welded.degenerate,
         duplicate=welded.duplicate,
         turned=turned,
         healed=assembled.healed,
         reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
+    )
+
+
+def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int) -> Counts:
+    return Counts(
+        points=points,
+        triangles=triangles,
+        watertight=triangles > 0 and open_edges == nonmanifold_edges == 0,
+        open_edges=open_edges,
+        nonmanifold_edges=nonmanifold_edges,
     )
 
 

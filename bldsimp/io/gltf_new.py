@@ -1,0 +1,190 @@
+"""Other formats to glTF: a document made anew, a mesh for each mesh, a primitive for each part."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..options import Options
+from ..rows import distinct_rows
+from ..scene import Light, Mesh, Scene
+from ..tolerance import placed, scale
+from .gltf_body import Body, pack_views, view_json
+from .rounding import best_origin, single_rounding
+from .sheet import Sheet, sheet
+from .surface import Material
+
+
+def new_document(
+    scene: Scene, lights: list[Light], options: Options, images: dict[str, tuple[str, bytes]]
+) -> tuple[dict[str, Any], bytes, int, float]:
+    """A scene as a glTF document.
+
+    Parameters
+    ----------
+    scene : Scene
+    lights : list of Light
+    options : Options
+    images : dict
+        Media type and bytes of each texture that a material names.
+
+    Returns
+    -------
+    json : dict
+    binary : bytes
+    vertices : int
+    rounding : float
+        Greatest distance by which a point moved, in world space.
+    """
+    json_: dict[str, Any] = {
+        "asset": {"version": "2.0", "generator": "bldsimp"},
+        "scene": 0,
+        "scenes": [{"nodes": []}],
+        "nodes": [],
+        "meshes": [],
+    }
+    body, pictures = Body(), Pictures(json_, images)
+    vertices, rounding = 0, 0.0
+    for mesh, light in zip(scene.meshes, lights, strict=True):
+        if not len(light.faces):
+            continue
+        one = sheet(mesh, light, options, polygonal=False)
+        origin = best_origin(mesh.points[one.used()])
+        rounding = max(rounding, scale(mesh) * single_rounding(mesh.points[one.used()], origin))
+        vertices += _add_mesh(json_, body, pictures, one, origin)
+        _add_nodes(json_, mesh, origin)
+    json_["accessors"] = body.accessors
+    json_["bufferViews"] = [view_json(view) for view in body.views] + [{} for _ in pictures.data]
+    pieces = [bytes(view.data) for view in body.views] + pictures.data
+    for number in range(len(pictures.data)):
+        json_["images"][number]["bufferView"] = len(body.views) + number
+    binary = pack_views(list(zip(json_["bufferViews"], pieces, strict=True)))
+    json_["buffers"] = [{"byteLength": len(binary)}]
+    return json_, binary, vertices, rounding
+
+
+class Pictures:
+    """Materials of a new document, and the images that they name."""
+
+    def __init__(self, json_: dict[str, Any], images: dict[str, tuple[str, bytes]]) -> None:
+        self.json = json_
+        self.images = images
+        self.data: list[bytes] = []
+        self._numbers: dict[tuple[Any, ...], int] = {}
+        self._textures: dict[str, int] = {}
+
+    def material(self, material: Material | None, textured: bool, colored: bool) -> int | None:
+        """The number of a material, added where it is new."""
+        if material is None:
+            return None
+        texture = material.texture if textured else None
+        key = material.name, material.color, texture, colored
+        if key not in self._numbers:
+            metallic: dict[str, Any] = {"metallicFactor": 0.0}
+            if material.color and not colored:
+                metallic["baseColorFactor"] = [min(max(float(c), 0.0), 1.0) for c in material.color]
+            if texture in self.images:
+                metallic["baseColorTexture"] = {"index": self._texture(str(texture))}
+            entry = {"pbrMetallicRoughness": metallic}
+            if material.name:
+                entry = {"name": material.name, **entry}
+            self.json.setdefault("materials", []).append(entry)
+            self._numbers[key] = len(self.json["materials"]) - 1
+        return self._numbers[key]
+
+    def _texture(self, name: str) -> int:
+        if name not in self._textures:
+            media, data = self.images[name]
+            self.data.append(data)
+            self.json.setdefault("images", []).append({"name": name, "mimeType": media})
+            self.json.setdefault("textures", []).append({"source": len(self.data) - 1})
+            self._textures[name] = len(self.json["textures"]) - 1
+        return self._textures[name]
+
+
+def _add_mesh(
+    json_: dict[str, Any], body: Body, pictures: Pictures, one: Sheet, origin: np.ndarray[Any, Any]
+) -> int:
+    """Add a mesh of all parts that have faces; the number of its vertices."""
+    entry: dict[str, Any] = {"primitives": []}
+    if one.name:
+        entry["name"] = one.name
+    vertices = 0
+    plain = [i for i in range(len(one.parts)) if not one.kept[i]]
+    for group in [plain, *([i] for i in range(len(one.parts)) if one.kept[i])]:
+        faces = [one.triangles(i) for i in group]
+        if not sum(map(len, faces)):
+            continue
+        columns = _columns(one, np.concatenate(faces).reshape(-1), origin, bool(one.kept[group[0]]))
+        first, inverse = distinct_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
+        vertices += len(first)
+        attributes = {
+            name: body.add_vertices(values[first], bounds=name == "POSITION") for name, values in columns.items()
+        }
+        start = 0
+        for number, own in zip(group, faces, strict=True):
+            if not len(own):
+                continue
+            indices = body.add_indices(inverse[start : start + own.size], len(first))
+            start += own.size
+            entry["primitives"].append(_primitive(pictures, one, number, attributes, indices))
+    json_["meshes"].append(entry)
+    return vertices
+
+
+def _primitive(
+    pictures: Pictures, one: Sheet, number: int, attributes: dict[str, int], indices: int
+) -> dict[str, Any]:
+    """A primitive; glTF gives it no name, so the part's goes into its extras."""
+    part = one.parts[number]
+    primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
+    source = getattr(part.source, "material", part.source)
+    material = pictures.material(
+        source if isinstance(source, Material) else None, "TEXCOORD_0" in attributes, "COLOR_0" in attributes
+    )
+    if material is not None:
+        primitive["material"] = material
+    if len(one.parts) > 1 or part.name != "mesh":
+        primitive["extras"] = {"name": part.name}
+    return primitive
+
+
+def _columns(
+    one: Sheet, corners: np.ndarray[Any, Any], origin: np.ndarray[Any, Any], kept: bool
+) -> dict[str, np.ndarray[Any, Any]]:
+    """Attributes of corners."""
+    columns = {"POSITION": (one.points[corners] - origin).astype(np.float32)}
+    if one.normals is not None and np.any(one.normals[corners]):
+        normals = one.normals[corners]
+        # glTF knows no missing normal; a part that has some takes this for the others.
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        unit = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
+        columns["NORMAL"] = np.where(length > 0.0, unit, (0.0, 0.0, 1.0)).astype(np.float32)
+    if not kept:
+        return columns
+    for name, values in one.carried.items():
+        taken = values[corners]
+        if np.isnan(taken).all():
+            continue
+        if name == "TEXCOORD_0":
+            taken = np.stack([taken[:, 0], 1.0 - taken[:, 1]], axis=1)
+        missing = 0.0 if name == "TEXCOORD_0" else 1.0
+        columns[name] = np.where(np.isnan(taken), missing, taken).astype(np.float32)
+    return columns
+
+
+def _add_nodes(json_: dict[str, Any], mesh: Mesh, origin: np.ndarray[Any, Any]) -> None:
+    """Add a node for each instance of the mesh that was added last."""
+    for transform in mesh.transforms:
+        node: dict[str, Any] = {"mesh": len(json_["meshes"]) - 1}
+        if mesh.name:
+            node["name"] = mesh.name
+        if not np.array_equal(transform, np.eye(4)):
+            moved = transform.copy()
+            moved[:3, 3] = placed(origin[None], transform)[0]
+            node["matrix"] = [float(value) for value in moved.T.reshape(-1)]
+        elif origin.any():
+            node["translation"] = [float(value) for value in origin]
+        json_["scenes"][0]["nodes"].append(len(json_["nodes"]))
+        json_["nodes"].append(node)

@@ -1,0 +1,263 @@
+"""glTF to glTF: the source's own JSON, with new accessors for the primitives that were simplified.
+
+Names, nodes, instances, materials, images, animations, extras and unknown extensions stay as they are.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InternalError
+from ..normals import shading
+from ..options import Options
+from ..rows import distinct_rows
+from ..scene import Light, Mesh, Scene
+from .gltf import Document
+from .gltf_body import Body, pack_views, view_json
+from .gltf_read import HARMLESS, GltfMesh, Primitive, Rows
+from .gltf_references import (
+    accessor_slots,
+    accessor_view_slots,
+    primitive_slots,
+    unknown_extensions,
+    view_slots,
+)
+
+
+def patched(
+    scene: Scene, lights: list[Light], options: Options, warnings: list[str]
+) -> tuple[dict[str, Any], bytes, int]:
+    """A scene read from glTF with its simplified primitives replaced.
+
+    Returns
+    -------
+    json : dict
+        Names one buffer without a URI, or none.
+    binary : bytes
+    vertices : int
+        Written for the primitives that have triangles.
+    """
+    document: Document = scene.source
+    json_ = copy.deepcopy(document.json)
+    body = Body()
+    replaced: set[int] = set()
+    vertices = 0
+    for mesh, light in zip(scene.meshes, lights, strict=True):
+        vertices += _replace_mesh(document, json_, body, mesh, light, options, replaced)
+    if replaced and unknown_extensions(json_):
+        names = ", ".join(unknown_extensions(json_))
+        warnings.append(f"extensions that bldsimp does not know were kept as they are: {names}")
+    binary = _settle(document, json_, body, replaced)
+    return json_, binary, vertices
+
+
+def _replace_mesh(
+    document: Document,
+    json_: dict[str, Any],
+    body: Body,
+    mesh: Mesh,
+    light: Light,
+    options: Options,
+    replaced: set[int],
+) -> int:
+    """Replace the simplified primitives of one mesh; the number of its vertices."""
+    source: GltfMesh = mesh.source
+    primitives = json_["meshes"][source.index]["primitives"]
+    normals = shading(mesh, light, options)
+    made = options.normals == "smooth"
+    groups: dict[Rows, list[int]] = {}
+    untouched = np.zeros(len(mesh.parts), bool)
+    for number, part in enumerate(mesh.parts):
+        primitive: Primitive = part.source
+        if part.passed_on(options):
+            untouched[number] = True
+        else:
+            groups.setdefault(primitive.rows, []).append(number)
+    vertices = len(np.unique(light.faces[untouched[light.part_of_face]]))
+    empty: list[int] = []
+    for rows, numbers in groups.items():
+        faces = [light.faces[light.part_of_face == number] for number in numbers]
+        if not sum(map(len, faces)):
+            empty += numbers
+            continue
+        columns = _columns(document, source, rows, normals, made)
+        used, compact = np.unique(np.concatenate(faces), return_inverse=True)
+        first, inverse = distinct_rows(
+            np.concatenate([values[used].astype(np.float64) for values, _, _ in columns.values()], axis=1)
+        )
+        attributes = {
+            name: body.add_vertices(values[used[first]], normalized=normalized, bounds=bounds)
+            for (name, (values, normalized, bounds)) in columns.items()
+        }
+        vertices += len(first)
+        corners = inverse[compact.reshape(-1)].reshape(-1, 3)
+        start = 0
+        for number, own in zip(numbers, faces, strict=True):
+            end = start + len(own)
+            if len(own):
+                indices = body.add_indices(corners[start:end], len(first))
+                primitive = mesh.parts[number].source
+                _replace_primitive(json_, primitives[primitive.index], attributes, indices, replaced)
+            else:
+                empty.append(number)
+            start = end
+    _remove(primitives, [mesh.parts[number].source.index for number in empty], replaced)
+    return vertices
+
+
+def _columns(
+    document: Document, source: GltfMesh, rows: Rows, normals: NDArray[np.float64] | None, made: bool
+) -> dict[str, tuple[NDArray[Any], bool, bool]]:
+    """Per attribute the stored values of all rows of the mesh, whether normalized, whether bounded."""
+    columns = {"POSITION": (*_stored(document, source, [group.position for group in source.rows], rows), True)}
+    if made and normals is not None:
+        columns["NORMAL"] = (normals.astype(np.float32), False, False)
+    elif normals is not None and rows.normal is not None:
+        columns["NORMAL"] = (*_stored(document, source, [group.normal for group in source.rows], rows), False)
+    return columns
+
+
+def _stored(
+    document: Document, source: GltfMesh, accessors: list[int | None], rows: Rows
+) -> tuple[NDArray[Any], bool]:
+    """Values as stored, for every row of the mesh; rows of another number format are zero."""
+    own = accessors[source.rows.index(rows)]
+    if own is None:
+        raise InternalError("a primitive without normals was asked for them")
+    entries = document.items("accessors")
+    kind = entries[own]["componentType"], bool(entries[own].get("normalized"))
+    own_values = document.accessor(own)
+    values = np.zeros((sum(group.count for group in source.rows), own_values.shape[1]), own_values.dtype)
+    for group, accessor in zip(source.rows, accessors, strict=True):
+        if accessor is None:
+            continue
+        if (entries[accessor]["componentType"], bool(entries[accessor].get("normalized"))) == kind:
+            values[group.start : group.start + group.count] = document.accessor(accessor)
+    return values, kind[1]
+
+
+def _replace_primitive(
+    json_: dict[str, Any],
+    primitive: dict[str, Any],
+    attributes: dict[str, int],
+    indices: int,
+    replaced: set[int],
+) -> None:
+    """Point a primitive at new accessors (negative numbers until they are settled)."""
+    replaced.update(container[key] for container, key in primitive_slots(primitive))
+    textured = any(name.startswith("TEXCOORD_") for name in primitive["attributes"])
+    primitive["attributes"] = {name: -1 - number for name, number in attributes.items()}
+    primitive["indices"] = -1 - indices
+    if primitive.get("mode", 4) != 4:
+        primitive["mode"] = 4
+    primitive.pop("targets", None)
+    if "extensions" in primitive:
+        primitive["extensions"] = {k: v for k, v in primitive["extensions"].items() if k in HARMLESS}
+        if not primitive["extensions"]:
+            del primitive["extensions"]
+    if textured:
+        _bare_material(json_, primitive)
+
+
+def _bare_material(json_: dict[str, Any], primitive: dict[str, Any]) -> None:
+    """Give a primitive without texture coordinates a material without textures."""
+    materials = json_.get("materials", [])
+    number = primitive.get("material")
+    if number is None:
+        return
+    bare = _without_textures(materials[number])
+    if bare == materials[number]:
+        return
+    if bare not in materials:
+        materials.append(bare)
+    primitive["material"] = materials.index(bare)
+
+
+def _without_textures(value: Any) -> Any:
+    """JSON without any member that names a texture."""
+    if isinstance(value, dict):
+        return {k: _without_textures(v) for k, v in value.items() if not k.lower().endswith("texture")}
+    return value
+
+
+def _remove(primitives: list[dict[str, Any]], numbers: list[int], replaced: set[int]) -> None:
+    """Take primitives without triangles away; a glTF mesh must keep one."""
+    for number in sorted(numbers, reverse=True):
+        if len(primitives) > 1:
+            replaced.update(container[key] for container, key in primitive_slots(primitives[number]))
+            del primitives[number]
+
+
+def _settle(document: Document, json_: dict[str, Any], body: Body, replaced: set[int]) -> bytes:
+    """Drop what nothing names any more, number what is left, and lay out the buffer."""
+    kept = {container[key] for container, key in accessor_slots(json_) if container[key] >= 0}
+    dropped = sorted(replaced - kept)
+    old = json_.get("accessors", [])
+    freed_views = {
+        container[key] for number in dropped for container, key in accessor_view_slots(old[number])
+    }
+    numbers = _merged(len(old), dropped, len(body.accessors), bool(unknown_extensions(json_)))
+    for container, key in list(accessor_slots(json_)):
+        container[key] = numbers[container[key]]
+    blank = {"componentType": 5126, "count": 1, "type": "VEC3"}
+    _place(json_, "accessors", numbers, body.accessors, blank)
+    return _settle_views(document, json_, body, freed_views)
+
+
+def _settle_views(document: Document, json_: dict[str, Any], body: Body, freed: set[int]) -> bytes:
+    """The same for buffer views, and their data."""
+    for accessor in body.accessors:
+        accessor["bufferView"] = -1 - accessor["bufferView"]
+    old = json_.get("bufferViews", [])
+    kept = {container[key] for container, key in view_slots(json_) if container[key] >= 0}
+    dropped = sorted(freed - kept)
+    numbers = _merged(len(old), dropped, len(body.views), bool(unknown_extensions(json_)))
+    data = {numbers[i]: document.view(i) for i in range(len(old)) if i in numbers}
+    data |= {numbers[-1 - i]: bytes(view.data) for i, view in enumerate(body.views)}
+    for container, key in list(view_slots(json_)):
+        container[key] = numbers[container[key]]
+    _place(json_, "bufferViews", numbers, [view_json(view) for view in body.views], {})
+    views = json_.get("bufferViews", [])
+    binary = pack_views([(view, data.get(i, bytes(4))) for i, view in enumerate(views)])
+    head = {k: v for k, v in (json_.get("buffers") or [{}])[0].items() if k not in ("uri", "byteLength")}
+    json_["buffers"] = [{**head, "byteLength": len(binary)}]
+    for key in ("accessors", "bufferViews", "buffers"):
+        if not json_[key] or (key == "buffers" and not binary):
+            del json_[key]
+    return binary
+
+
+def _merged(old: int, dropped: list[int], new: int, fixed: bool) -> dict[int, int]:
+    """Final numbers of old entries (keys 0, 1, ...) and new ones (keys -1, -2, ...).
+
+    New entries take the places of dropped ones. Where `fixed`, places that are left over stay empty,
+    since an unknown extension may count on the numbers; else later entries move up.
+    """
+    free = list(dropped)
+    taken = {-1 - i: free[i] if i < len(free) else old + i - len(free) for i in range(new)}
+    left = set(free[new:])
+    final = {i: i for i in range(old) if i not in set(dropped)} | taken
+    if fixed or not left:
+        return final
+    shift = np.cumsum([i in left for i in range(old + new)])
+    return {key: int(number - shift[number]) for key, number in final.items()}
+
+
+def _place(
+    json_: dict[str, Any],
+    key: str,
+    numbers: dict[int, int],
+    new: list[dict[str, Any]],
+    blank: dict[str, Any],
+) -> None:
+    """Put old and new entries of a top-level array at their final numbers."""
+    old = json_.get(key, [])
+    count = max([*numbers.values(), -1]) + 1
+    placed = [dict(blank) for _ in range(max(count, 0))]
+    for source, target in numbers.items():
+        placed[target] = old[source] if source >= 0 else new[-1 - source]
+    json_[key] = placed

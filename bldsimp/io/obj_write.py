@@ -1,0 +1,142 @@
+"""A result as Wavefront OBJ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..rows import distinct_rows
+from ..scene import Part
+from .obj import ObjPart, State
+from .sheet import Sheet
+
+Index = NDArray[np.int64]
+
+
+@dataclass
+class Text:
+    """Lines of a file and the numbers that later lines count on."""
+
+    lines: list[str] = field(default_factory=list)
+    counts: dict[str, int] = field(default_factory=lambda: {"v": 0, "vt": 0, "vn": 0})
+    vertices: int = 0
+
+
+def obj_text(sheets: list[Sheet], libraries: list[str]) -> tuple[bytes, int]:
+    """The text of an OBJ file.
+
+    Parameters
+    ----------
+    sheets : list of Sheet
+    libraries : list of str
+        Material libraries to name.
+
+    Returns
+    -------
+    text : bytes
+        Numbers are the shortest that read back exactly in double precision.
+    vertices : int
+        Distinct corners.
+    """
+    text = Text([f"mtllib {name}" for name in libraries])
+    state = State()
+    for one in sheets:
+        columns, corner_counts = _columns(one, text)
+        text.vertices += corner_counts
+        state = _faces(one, columns, text, state)
+    return ("\n".join(text.lines) + "\n").encode("utf-8", "surrogateescape"), text.vertices
+
+
+def _columns(one: Sheet, text: Text) -> tuple[list[Index | None], int]:
+    """Write `v`, `vt` and `vn` lines; the number of each corner in each, -1 for none."""
+    positions = one.points[one.polygons.corners]
+    colors = one.corner_carried("COLOR_0")
+    if colors is not None:
+        positions = np.concatenate([positions, colors[:, :3]], axis=1)
+    columns = [
+        _column("v", positions, text),
+        _column("vt", one.corner_carried("TEXCOORD_0"), text),
+        _column("vn", _missing_as_nan(one.corner_normals()), text),
+    ]
+    present = [column for column in columns if column is not None]
+    return columns, len(distinct_rows(np.stack(present, axis=1))[0])
+
+
+def _column(key: str, values: NDArray[np.float64] | None, text: Text) -> Index | None:
+    """Write the distinct rows of one kind; the number of each corner's."""
+    if values is None:
+        return None
+    absent = np.isnan(values).all(axis=1)
+    first, inverse = distinct_rows(values[~absent])
+    numbers = np.full(len(values), -1, np.int64)
+    numbers[~absent] = inverse + text.counts[key] + 1
+    text.counts[key] += len(first)
+    for row in values[~absent][first].tolist():
+        # A point without a colour has NaN behind its position.
+        text.lines.append(key + " " + " ".join(repr(value) for value in row if value == value))
+    return numbers
+
+
+def _missing_as_nan(normals: NDArray[np.float64] | None) -> NDArray[np.float64] | None:
+    """Normals with NaN where a row is zero; None where all are."""
+    if normals is None or not normals.any():
+        return None
+    return np.where(normals.any(axis=1)[:, None], normals, np.nan)
+
+
+def _faces(one: Sheet, columns: list[Index | None], text: Text, state: State) -> State:
+    """Write the faces part by part, and the lines that tell the parts."""
+    v, vt, vn = (None if column is None else column.tolist() for column in columns)
+    offsets = one.polygons.offsets.tolist()
+    order = np.argsort(one.polygons.part, kind="stable")
+    part_of = one.polygons.part.tolist()
+    current = -1
+    assert v is not None
+    for polygon in order.tolist():
+        if part_of[polygon] != current:
+            current = part_of[polygon]
+            state = _announce(_state(one, one.parts[current]), state, text)
+        corners = range(offsets[polygon], offsets[polygon + 1])
+        if vt is None and vn is None:
+            text.lines.append("f " + " ".join(str(v[c]) for c in corners))
+        else:
+            text.lines.append("f " + " ".join(_corner(v, vt, vn, c) for c in corners))
+    return state
+
+
+def _corner(v: list[int], vt: list[int] | None, vn: list[int] | None, corner: int) -> str:
+    """One corner of a face."""
+    texture = str(vt[corner]) if vt is not None and vt[corner] > 0 else ""
+    if vn is not None and vn[corner] > 0:
+        return f"{v[corner]}/{texture}/{vn[corner]}"
+    return f"{v[corner]}/{texture}" if texture else str(v[corner])
+
+
+def _state(one: Sheet, part: Part) -> State:
+    """What to say of a part."""
+    if isinstance(part.source, ObjPart):
+        return part.source.state
+    material = getattr(part.source, "material", part.source)
+    name = getattr(material, "name", "")
+    group = part.name if len(one.parts) > 1 else ""
+    return State(_word(one.name), _word(group), _word(name) if material is not None else "")
+
+
+def _word(text: str) -> str:
+    """A name on one line."""
+    return " ".join(text.split())
+
+
+def _announce(new: State, old: State, text: Text) -> State:
+    """Write the lines that lead from one state to the next."""
+    if new.object != old.object:
+        text.lines.append(f"o {new.object}".rstrip())
+    if new.group != old.group:
+        text.lines.append(f"g {new.group}".rstrip())
+    if new.material != old.material:
+        text.lines.append(f"usemtl {new.material}".rstrip())
+    if new.smoothing != old.smoothing:
+        text.lines.append(f"s {new.smoothing or 'off'}")
+    return new

@@ -1,0 +1,95 @@
+"""Any file to a scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..errors import InputError
+from ..scene import Scene
+from .gltf import parse_gltf
+from .gltf_read import gltf_meshes
+from .loaded import read_loaded
+from .obj import read_obj
+from .off import read_off
+from .ply import read_ply
+
+OWN = ("obj", "ply", "off", "glb", "gltf")
+"""Formats that bldsimp reads itself."""
+
+SUFFIXES = (*OWN, "stl")
+"""Formats that bldsimp reads and writes."""
+
+
+def read(source: Path | bytes, format_: str) -> Scene:
+    """Read a file.
+
+    Parameters
+    ----------
+    source : Path or bytes
+        Bytes where they come from a pipe; files beside it are then not found.
+    format_ : str
+        Suffix without the dot, in lower case.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    InputError
+        Where the file is missing, damaged, empty of faces, or holds what a surface cannot.
+    """
+    path = source if isinstance(source, Path) else None
+    name = str(path) if path else "standard input"
+    folder = _Folder(path.parent if path else None)
+    try:
+        data = source if isinstance(source, bytes) else source.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{name}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {error.strerror}") from None
+    scene = Scene(path, format_, [], len(data))
+    try:
+        if not data.strip():
+            raise InputError("the file is empty")
+        _fill(scene, data, folder)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error.__cause__
+    scene.size += folder.size
+    return scene
+
+
+def _fill(scene: Scene, data: bytes, folder: _Folder) -> None:
+    """Read the meshes of a scene."""
+    if scene.format in ("glb", "gltf"):
+        scene.source = parse_gltf(data, folder)
+        scene.meshes = gltf_meshes(scene.source)
+        return
+    if scene.format == "obj":
+        scene.meshes = read_obj(data, folder, scene.warnings)
+    elif scene.format == "ply":
+        scene.meshes = read_ply(data, scene.warnings)
+    elif scene.format == "off":
+        scene.meshes = read_off(data, scene.warnings)
+    else:
+        scene.meshes = read_loaded(data, scene.format, scene.path, scene.warnings)
+    scene.source = data
+
+
+class _Folder:
+    """Files beside a file, and how many bytes of them were read."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self.size = 0
+
+    def __call__(self, name: str) -> bytes | None:
+        """The bytes of a file, or None where there is none."""
+        if self.path is None:
+            return None
+        try:
+            data = (self.path / name.replace("\\", "/")).read_bytes()
+        except (OSError, ValueError):
+            return None
+        self.size += len(data)
+        return data

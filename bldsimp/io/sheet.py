@@ -1,0 +1,145 @@
+"""A result on its way to a file: rows, polygons and parts, in the frame they are written in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..normals import shading
+from ..options import Options
+from ..polygons import select_polygons
+from ..scene import Light, Mesh, Part, Points
+from ..tolerance import placed
+from .surface import Polygons, Stored
+
+
+@dataclass
+class Sheet:
+    """One instance of one mesh.
+
+    Attributes
+    ----------
+    name : str
+    points : (n, 3) float64
+    normals : (n, 3) float64 or None
+        Zero in rows without.
+    carried : dict of str to (n, k) float64
+        Of the parts that are passed on; see `Stored.carried`.
+    polygons : Polygons
+    parts : list of Part
+    kept : (p,) bool
+        Which parts are passed on with what they carry.
+    """
+
+    name: str
+    points: Points
+    normals: NDArray[np.float64] | None
+    carried: dict[str, NDArray[np.float64]]
+    polygons: Polygons
+    parts: list[Part]
+    kept: NDArray[np.bool_]
+
+    def triangles(self, part: int) -> NDArray[np.int32]:
+        """Faces of a part, where every polygon is a triangle."""
+        return self.polygons.corners.reshape(-1, 3)[self.polygons.part == part]
+
+    def used(self) -> NDArray[np.int64]:
+        """Rows that a polygon uses, ascending."""
+        return np.unique(self.polygons.corners)
+
+    def corner_normals(self) -> NDArray[np.float64] | None:
+        """Normals per corner of the polygons, zero where there are none."""
+        if self.normals is None:
+            return None
+        return self.normals[self.polygons.corners]
+
+    def corner_carried(self, name: str) -> NDArray[np.float64] | None:
+        """What corners carry under a name, NaN where nothing."""
+        values = self.carried.get(name)
+        if values is None or not self.kept.any():
+            return None
+        taken = values[self.polygons.corners]
+        sizes = np.diff(self.polygons.offsets)
+        taken[~np.repeat(self.kept[self.polygons.part], sizes)] = np.nan
+        return None if np.isnan(taken).all() else taken
+
+
+def sheet(mesh: Mesh, light: Light, options: Options, *, polygonal: bool) -> Sheet:
+    """A result in its mesh's own frame.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    light : Light
+    options : Options
+    polygonal : bool
+        Parts that are passed on keep their polygons; else all are triangles.
+    """
+    kept = np.array([part.passed_on(options) for part in mesh.parts])
+    normals = shading(mesh, light, options)
+    if mesh.normals is not None and kept.any():
+        normals = _with_kept(mesh, light, kept, normals)
+    polygons = Polygons(
+        np.arange(0, light.faces.size + 1, 3, dtype=np.int32), light.faces.reshape(-1), light.part_of_face
+    )
+    if polygonal and kept.any() and isinstance(mesh.source, Stored):
+        polygons = _joined(
+            _chosen(polygons, ~kept[polygons.part]),
+            _chosen(mesh.source.polygons, kept[mesh.source.polygons.part]),
+        )
+    carried = getattr(mesh.source, "carried", {}) if kept.any() else {}
+    return Sheet(mesh.name, mesh.points, normals, carried, polygons, mesh.parts, kept)
+
+
+def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
+    """A sheet in world space."""
+    if np.array_equal(transform, np.eye(4)):
+        return one
+    a, b, c = transform[:3, :3].T
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    mirrored = float(np.dot(a, np.cross(b, c))) < 0.0
+    normals = one.normals
+    if normals is not None:
+        frame = np.eye(4)
+        frame[:3, :3] = -cofactors if mirrored else cofactors
+        normals = placed(normals, frame)
+        length = np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
+    polygons = _turned(one.polygons) if mirrored else one.polygons
+    return Sheet(
+        one.name, placed(one.points, transform), normals, one.carried, polygons, one.parts, one.kept
+    )
+
+
+def _with_kept(
+    mesh: Mesh, light: Light, kept: NDArray[np.bool_], normals: NDArray[np.float64] | None
+) -> NDArray[np.float64]:
+    """Normals of the parts passed on, which keep their own, among the others'."""
+    assert mesh.normals is not None
+    joined = np.zeros_like(mesh.points) if normals is None else normals.copy()
+    rows = np.unique(light.faces[kept[light.part_of_face]])
+    joined[rows] = mesh.normals[rows]
+    return joined
+
+
+def _chosen(polygons: Polygons, mask: NDArray[np.bool_]) -> Polygons:
+    chosen = np.flatnonzero(mask)
+    return Polygons(*select_polygons(polygons.offsets, polygons.corners, chosen), polygons.part[chosen])
+
+
+def _joined(a: Polygons, b: Polygons) -> Polygons:
+    return Polygons(
+        np.concatenate([a.offsets, b.offsets[1:] + a.offsets[-1]]),
+        np.concatenate([a.corners, b.corners]),
+        np.concatenate([a.part, b.part]),
+    )
+
+
+def _turned(polygons: Polygons) -> Polygons:
+    """Polygons wound the other way."""
+    sizes = np.diff(polygons.offsets)
+    ends = np.repeat(polygons.offsets[1:], sizes) - 1
+    within = np.arange(len(polygons.corners)) - np.repeat(polygons.offsets[:-1], sizes)
+    return Polygons(polygons.offsets, polygons.corners[ends - within], polygons.part)

@@ -1,0 +1,211 @@
+"""From what a polygon file stores to a checked mesh; shared by all formats without a scene graph."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..options import SIGNIFICANT_DIGITS
+from ..polygons import select_polygons, triangulate_polygons
+from ..scene import Mesh, Part, Points
+
+MOST_NAMED = 10
+"""So many offenders an error message names at most."""
+
+LARGEST_INT32 = 2**31 - 1
+
+
+@dataclass
+class Polygons:
+    """Faces as the file has them.
+
+    Attributes
+    ----------
+    offsets : (k + 1,) int32
+        Where each polygon starts in `corners`.
+    corners : (c,) int32
+        Rows of the mesh's points.
+    part : (k,) int32
+        Index into the mesh's parts.
+    """
+
+    offsets: NDArray[np.int32]
+    corners: NDArray[np.int32]
+    part: NDArray[np.int32]
+
+
+@dataclass
+class Material:
+    """The little of a material that every format knows.
+
+    Attributes
+    ----------
+    name : str
+    color : tuple of float or None
+        Red, green, blue, alpha in 0..1, linear as glTF has it or as MTL states it.
+    texture : str or None
+        Path or URI of the colour texture, relative to the file.
+    """
+
+    name: str
+    color: tuple[float, float, float, float] | None = None
+    texture: str | None = None
+
+
+@dataclass
+class Stored:
+    """What a mesh of polygons keeps for the writer (`Mesh.source`).
+
+    Attributes
+    ----------
+    polygons : Polygons
+    carried : dict of str to (n, k) array
+        Per row of the points: ``TEXCOORD_0`` (two columns, v upwards), ``COLOR_0`` (three or four, 0..1).
+        A row without has NaN.
+    format : object
+        What only the reader of this format knows.
+    """
+
+    polygons: Polygons
+    carried: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    format: Any = None
+
+
+def polygon_mesh(
+    name: str,
+    points: Points,
+    polygons: Polygons,
+    parts: list[Part],
+    warnings: list[str],
+) -> Mesh:
+    """Check polygons, triangulate them, and make a mesh.
+
+    Raises
+    ------
+    InputError
+        Where there is no face, an index is out of range, or a point that a face uses is not finite.
+    """
+    if not len(points):
+        raise InputError("no points: the file is empty of geometry")
+    check_indices(polygons.corners, len(points))
+    polygons = _without_slivers(polygons, warnings)
+    if len(polygons.offsets) < 2:
+        raise InputError(f"{len(points):,} points but no faces: bldsimp simplifies surfaces")
+    check_finite(points, polygons.corners)
+    faces, polygon_of_face = triangulate_polygons(points, polygons.offsets, polygons.corners)
+    single, rounding = number_format(points, polygons.corners)
+    return Mesh(
+        name=name,
+        points=points,
+        faces=faces,
+        part_of_face=polygons.part[polygon_of_face],
+        parts=parts,
+        single=single,
+        rounding=rounding,
+        source=Stored(polygons),
+    )
+
+
+def check_indices(corners: NDArray[Any], count: int) -> None:
+    """Refuse corners that name no point."""
+    wrong = np.flatnonzero((corners < 0) | (corners >= count))
+    if len(wrong):
+        raise InputError(
+            f"{len(wrong):,} corners name points that do not exist (there are {count:,}),"
+            f" the first is index {int(corners[wrong[0]])}, counted from 0: the file is damaged"
+        )
+
+
+def check_finite(points: Points, corners: NDArray[Any]) -> None:
+    """Refuse points that are not finite numbers and that a face uses."""
+    bad = ~np.isfinite(points).all(axis=1)
+    if not bad.any():
+        return
+    used = np.zeros(len(points), bool)
+    used[corners] = True
+    named = np.flatnonzero(bad & used)
+    if len(named):
+        some = ", ".join(str(i) for i in named[:MOST_NAMED])
+        raise InputError(
+            f"{len(named):,} points that a face uses are not finite numbers,"
+            f" counted from 0: {some}{' ...' if len(named) > MOST_NAMED else ''}: repair or remove them"
+        )
+
+
+def number_format(points: Points, corners: NDArray[Any]) -> tuple[bool, float]:
+    """How finely the numbers of a file are stored: see `Mesh.single` and `Mesh.rounding`.
+
+    Told from the values alone, so that the same numbers give the same answer in text and binary.
+    """
+    used = np.zeros(len(points), bool)
+    used[corners] = True
+    values = points[used].ravel()
+    largest = float(np.abs(values).max())
+    nearest = values.astype(np.float32).astype(np.float64)
+    if np.array_equal(nearest, values):
+        return True, 0.0
+    decimals = _decimals(values)
+    if decimals is None:
+        return False, 0.0
+    unit = 10.0**-decimals
+    coarse = unit > np.spacing(largest) and largest / unit >= 10.0 ** (SIGNIFICANT_DIGITS - 1)
+    return False, unit / 2.0 if coarse else 0.0
+
+
+def _decimals(values: NDArray[np.float64]) -> int | None:
+    """Fewest decimal digits that give back every value, or None where fifteen do not."""
+    sample = values[:: max(1, len(values) // 1000)]
+    for decimals in range(16):
+        if np.array_equal(np.round(sample, decimals), sample) and np.array_equal(
+            np.round(values, decimals), values
+        ):
+            return decimals
+    return None
+
+
+def _without_slivers(polygons: Polygons, warnings: list[str]) -> Polygons:
+    """Polygons without repeated neighbours, and without those of fewer than three distinct corners."""
+    offsets, corners = polygons.offsets, polygons.corners
+    sizes = np.diff(offsets)
+    if not len(sizes):
+        return polygons
+    if np.all(sizes == 3):
+        a, b, c = corners.reshape(-1, 3).T
+        good = (a != b) & (b != c) & (a != c)
+    else:
+        offsets, corners = _without_repeats(offsets, corners)
+        good = _distinct_corners(offsets, corners) >= 3
+    if not good.all():
+        warnings.append(f"{int((~good).sum()):,} faces with fewer than three distinct corners were left out")
+    elif corners is polygons.corners:
+        return polygons
+    kept = np.flatnonzero(good)
+    return Polygons(*select_polygons(offsets, corners, kept), polygons.part[kept])
+
+
+def _without_repeats(
+    offsets: NDArray[np.int32], corners: NDArray[np.int32]
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """Drop corners that equal the next one of their polygon, round the end too."""
+    if not len(corners):
+        return offsets, corners
+    sizes = np.diff(offsets)
+    following = np.arange(1, len(corners) + 1)
+    full = sizes > 0
+    following[offsets[1:][full] - 1] = offsets[:-1][full]
+    keep = corners != corners[following]
+    count = np.concatenate([[0], np.cumsum(keep)])
+    return count[offsets].astype(np.int32), corners[keep]
+
+
+def _distinct_corners(offsets: NDArray[np.int32], corners: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Number of distinct corners of each polygon."""
+    owner = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    order = np.lexsort((corners, owner))
+    fresh = np.ones(len(order), bool)
+    fresh[1:] = (np.diff(owner[order]) != 0) | (np.diff(corners[order]) != 0)
+    return np.bincount(owner[order][fresh], minlength=len(offsets) - 1)

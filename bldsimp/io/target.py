@@ -1,0 +1,54 @@
+"""Files that appear whole, together, or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import shutil
+from pathlib import Path
+
+from ..errors import OutputError
+
+
+def replace_files(files: dict[Path, bytes]) -> None:
+    """Write files beside their targets, then move all into place; the last one last.
+
+    Parameters
+    ----------
+    files : dict of Path to bytes
+        A target that is no regular file (a pipe, a device) is written to directly.
+
+    Raises
+    ------
+    OutputError
+        Where one cannot be written; what was there before is then untouched, and nothing is left over.
+    """
+    temporary: dict[Path, Path] = {}
+    where = Path()
+    try:
+        for path, data in files.items():
+            where = path
+            target = Path(os.path.realpath(path))
+            if target.exists() and not target.is_file():
+                with open(target, "wb") as stream:
+                    stream.write(data)
+                continue
+            beside = target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp")
+            temporary[beside] = target
+            with open(beside, "xb") as stream:
+                stream.write(data)
+            if target.exists():
+                shutil.copymode(target, beside)
+        for beside, target in list(temporary.items()):
+            where = target
+            os.replace(beside, target)
+            del temporary[beside]
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputError(f"{where}: cannot be written: {error.strerror or error}") from None
+    finally:
+        for beside in temporary:
+            with contextlib.suppress(FileNotFoundError):
+                beside.unlink()

@@ -1,0 +1,317 @@
+"""A scene and what became of its meshes, to any file."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from ..errors import OutputError, UsageError
+from ..options import AUTO_DIAGONAL, Options
+from ..polygons import triangulate_polygons
+from ..scene import Light, Scene
+from ..tolerance import diagonal, epsilon
+from .beside import Pictured, copies, embedded_images, obj_pictures
+from .gltf import Document, gltf_text, pack_glb
+from .gltf_new import new_document
+from .gltf_patch import patched
+from .mtl import material_library
+from .obj_write import obj_text
+from .plain_write import off_text, ply_bytes, stl_bytes
+from .ply import PlyFormat
+from .rounding import single_rounding
+from .sheet import Sheet, instance, sheet
+from .surface import Polygons, Stored
+from .target import replace_files
+
+WRITABLE = ("glb", "gltf", "obj", "ply", "off", "stl")
+"""Formats that bldsimp writes."""
+
+
+@dataclass
+class Written:
+    """What writing did.
+
+    Attributes
+    ----------
+    bytes : int
+        Of the file and of what was written beside it.
+    vertices : int
+        Distinct positions with normal and attributes.
+    rounding : float
+        Greatest distance by which a point moved, model units in world space.
+    warnings : list of str
+    """
+
+    bytes: int = 0
+    vertices: int = 0
+    rounding: float = 0.0
+    warnings: list[str] = field(default_factory=list)
+
+
+def write(
+    scene: Scene,
+    lights: list[Light],
+    target: Path | BinaryIO,
+    format_: str,
+    options: Options,
+    *,
+    overwrite: bool = True,
+) -> Written:
+    """Write a result.
+
+    Parameters
+    ----------
+    scene : Scene
+        As it was read.
+    lights : list of Light
+        One per mesh of the scene.
+    target : Path or binary stream
+        A file appears whole or not at all.
+    format_ : str
+        One of `WRITABLE`.
+    options : Options
+        `normals` and `drop_attributes`.
+    overwrite : bool
+        Whether files beside the target that differ may be replaced.
+
+    Raises
+    ------
+    OutputError
+    """
+    if format_ not in WRITABLE:
+        raise UsageError(f"'{format_}' cannot be written: choose one of {', '.join(WRITABLE)}")
+    path = target if isinstance(target, Path) else None
+    written = Written()
+    if not any(len(light.faces) for light in lights):
+        raise OutputError("nothing is left to write: the input has no area")
+    files = _files(scene, lights, path, format_, options, written)
+    main = Path("-") if path is None else path
+    if path is None:
+        assert not isinstance(target, Path)
+        _to_stream(target, files.pop(main))
+        written.warnings += [f"'{extra.name}' is not written to a pipe" for extra in files]
+        return written
+    fresh = {extra: data for extra, data in files.items() if extra == main or _differs(extra, data)}
+    for extra in fresh:
+        if extra != main and extra.exists() and not overwrite:
+            raise OutputError(f"{extra}: exists and differs: give --overwrite to replace it")
+    written.bytes = sum(map(len, files.values()))
+    replace_files(fresh)
+    return written
+
+
+def _files(
+    scene: Scene, lights: list[Light], path: Path | None, format_: str, options: Options, written: Written
+) -> dict[Path, bytes]:
+    """Every file to write, the main one last."""
+    written.warnings += _dropped(scene, options)
+    main = Path("-") if path is None else path
+    if format_ in ("glb", "gltf"):
+        return _gltf_files(scene, lights, main, format_, options, written)
+    untouched = _untouched(scene, format_, options)
+    if untouched is not None:
+        written.vertices = sum(len(np.unique(mesh.faces)) for mesh in scene.meshes)
+        written.bytes = len(untouched)
+        return {main: untouched}
+    sheets = [
+        instance(sheet(mesh, light, options, polygonal=True), transform)
+        for mesh, light in zip(scene.meshes, lights, strict=True)
+        if len(light.faces)
+        for transform in mesh.transforms
+    ]
+    if format_ == "obj":
+        return _obj_files(scene, sheets, main, written)
+    _warn_of_losses(scene, sheets, format_, written)
+    if format_ == "ply":
+        data, written.vertices = ply_bytes(sheets, _ply_format(scene, sheets, written))
+    elif format_ == "off":
+        data, written.vertices = off_text(sheets)
+    else:
+        _warn_of_stl(scene, sheets, written)
+        data, written.vertices = stl_bytes([_triangles(one) for one in sheets])
+    written.bytes = len(data)
+    return {main: data}
+
+
+def _untouched(scene: Scene, format_: str, options: Options) -> bytes | None:
+    """The file as it is, where every part is passed on and the format stays."""
+    if format_ != scene.format or not isinstance(scene.source, bytes) or format_ in ("obj",):
+        return None
+    if all(part.passed_on(options) for mesh in scene.meshes for part in mesh.parts):
+        return scene.source
+    return None
+
+
+def _gltf_files(
+    scene: Scene, lights: list[Light], main: Path, format_: str, options: Options, written: Written
+) -> dict[Path, bytes]:
+    """A document, and its buffer and images where they stand beside it."""
+    piped = main == Path("-")
+    beside: dict[Path, bytes] = {}
+    chunks: list[tuple[int, bytes]] = []
+    embedded = piped
+    if isinstance(scene.source, Document):
+        json_, binary, written.vertices = patched(scene, lights, options, written.warnings)
+        chunks = scene.source.chunks
+        embedded |= scene.source.embedded
+        if piped or (format_ == "glb" and scene.format == "gltf"):
+            binary = embedded_images(json_, binary, scene.path, format_, written.warnings)
+        else:
+            beside = copies(json_, scene.path, main, written.warnings)
+    else:
+        images = obj_pictures(scene, options, written.warnings)
+        json_, binary, written.vertices, written.rounding = new_document(scene, lights, options, images)
+        _warn_of_gltf_losses(scene, options, written)
+    if format_ == "glb":
+        data = pack_glb(json_, binary, chunks)
+        written.bytes = len(data)
+        return {**beside, main: data}
+    if chunks:
+        written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
+    if json_.get("buffers"):
+        name = _buffer_name(scene, main)
+        uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else name
+        json_["buffers"][0] = {"uri": uri, **json_["buffers"][0]}
+        if not embedded:
+            beside[main.with_name(name)] = binary
+    data = gltf_text(json_, compact=False)
+    written.bytes = len(data)
+    return {**beside, main: data}
+
+
+def _buffer_name(scene: Scene, main: Path) -> str:
+    """The buffer's file: the source's own where the document is written over itself."""
+    if scene.path is not None and isinstance(scene.source, Document) and scene.path.resolve() == main.resolve():
+        uris = [entry.get("uri", "") for entry in scene.source.items("buffers")]
+        if len(uris) == 1 and uris[0] and "/" not in uris[0] and not uris[0].startswith("data:"):
+            return str(uris[0])
+    return main.stem + ".bin"
+
+
+def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
+    """An OBJ file, and the material library and textures beside it."""
+    pictured = Pictured(scene, main, written.warnings)
+    data, written.vertices = obj_text(sheets, pictured.libraries(sheets, material_library))
+    for mesh in scene.meshes:
+        lost = [
+            name
+            for part in mesh.parts
+            for name in part.attributes
+            if name not in ("vt", "colour", "TEXCOORD_0", "COLOR_0", "texture coordinates", *_COLORS, *_UV)
+        ]
+        if lost and any(one.kept.any() for one in sheets):
+            written.warnings.append(f"OBJ does not hold {_names(lost)} of '{mesh.name}': lost")
+    written.bytes = len(data) + sum(map(len, pictured.files.values()))
+    return {**pictured.files, main: data}
+
+
+_COLORS = ("red", "green", "blue", "alpha")
+_UV = ("s", "t", "u", "v", "texture_u", "texture_v")
+_COLOR_NAMES = ("colour", "COLOR_0", *_COLORS)
+
+
+def _warn_of_losses(scene: Scene, sheets: list[Sheet], format_: str, written: Written) -> None:
+    """Name what PLY, OFF and STL cannot hold."""
+    held = (*_COLOR_NAMES, *_UV, "TEXCOORD_0", "vt", "texture coordinates") if format_ == "ply" else ()
+    lost = [
+        name
+        for one in sheets
+        for part, kept in zip(one.parts, one.kept, strict=True)
+        if kept
+        for name in part.attributes
+        if name not in held
+    ]
+    if lost:
+        written.warnings.append(f"{format_.upper()} does not hold {_names(lost)}: lost")
+    parts = [part for mesh in scene.meshes for part in mesh.parts]
+    if len(parts) > 1 or any(getattr(part.source, "material", None) for part in parts):
+        written.warnings.append(f"{format_.upper()} holds no parts or materials: those of {len(parts):,} parts are lost")
+    if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
+        written.warnings.append(f"{format_.upper()} holds no instances: each was written out")
+    if format_ == "stl" and any(one.normals is not None for one in sheets):
+        written.warnings.append("STL holds no vertex normals: lost")
+
+
+def _warn_of_gltf_losses(scene: Scene, options: Options, written: Written) -> None:
+    """Name what a part that is passed on has and the new document does not."""
+    held = (*_COLOR_NAMES, *_UV, "vt", "TEXCOORD_0", "texture coordinates")
+    lost = [
+        name
+        for mesh in scene.meshes
+        for part in mesh.parts
+        if part.passed_on(options)
+        for name in part.attributes
+        if name not in held
+    ]
+    if lost:
+        written.warnings.append(f"these were not carried over to glTF: {_names(lost)}")
+
+
+def _dropped(scene: Scene, options: Options) -> list[str]:
+    """Name what was dropped because the user asked."""
+    if not options.drop_attributes:
+        return []
+    carriers = [part for mesh in scene.meshes for part in mesh.parts if part.attributes]
+    if not carriers:
+        return []
+    names = [name for part in carriers for name in part.attributes]
+    return [f"dropped as asked, from {len(carriers):,} parts: {_names(names)}"]
+
+
+def _names(names: list[str]) -> str:
+    return ", ".join(dict.fromkeys(names))
+
+
+def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyFormat:
+    """Single unless that would move a point by more than epsilon; else, and from PLY, as the source has it."""
+    stored = scene.meshes[0].source
+    if isinstance(stored, Stored) and isinstance(stored.format, PlyFormat):
+        if stored.format.double or stored.format.encoding == "ascii":
+            return stored.format
+        encoding = stored.format.encoding
+    else:
+        encoding = "binary_little_endian"
+    moved = max(single_rounding(one.points[one.used()]) for one in sheets)
+    double = moved > epsilon(scene)
+    written.rounding = 0.0 if double else moved
+    return PlyFormat(encoding, double)
+
+
+def _warn_of_stl(scene: Scene, sheets: list[Sheet], written: Written) -> None:
+    """Say how far single precision moves the points."""
+    written.rounding = max(single_rounding(one.points[one.used()]) for one in sheets)
+    if written.rounding > max(epsilon(scene), AUTO_DIAGONAL * diagonal(scene)):
+        written.warnings.append(
+            f"STL stores single precision: points moved by up to {written.rounding:.3g};"
+            " PLY, OBJ, OFF and GLB keep such coordinates"
+        )
+
+
+def _triangles(one: Sheet) -> Sheet:
+    """A sheet whose polygons are cut."""
+    faces, owner = triangulate_polygons(one.points, one.polygons.offsets, one.polygons.corners)
+    offsets = np.arange(0, faces.size + 1, 3, dtype=np.int32)
+    one.polygons = Polygons(offsets, faces.reshape(-1), one.polygons.part[owner])
+    return one
+
+
+def _differs(path: Path, data: bytes) -> bool:
+    """Whether a file is not there, or holds something else."""
+    try:
+        return path.read_bytes() != data
+    except FileNotFoundError:
+        return True
+
+
+def _to_stream(stream: BinaryIO, data: bytes) -> None:
+    try:
+        stream.write(data)
+        stream.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputError(f"standard output cannot be written: {error.strerror}") from None

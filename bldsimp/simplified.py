@@ -1,0 +1,220 @@
+"""What users call: a scene, a `trimesh.Trimesh` or plain arrays, made light."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import InputError
+from .ladder import Rung
+from .options import Options, Tolerance
+from .pipeline import Outcome, simplify_mesh
+from .report import PassedOn, Report
+from .rings import rings_of
+from .scene import Faces, Light, Mesh, Part, Points, Scene
+from .tolerance import diagonal, epsilon, resolve_tolerance, scale
+
+
+@dataclass
+class Facet:
+    """A maximal connected set of input faces in one plane.
+
+    Attributes
+    ----------
+    normal : (3,) float64
+        Unit normal on the side that the faces face; zero where the facet has no area.
+    faces : (k,) int32
+        Input faces.
+    rings : list of (n,) int32
+        Outline as closed cycles of rows of the result's points, the facet on their left.
+    """
+
+    normal: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    rings: list[NDArray[np.int32]]
+
+
+@dataclass
+class Simplified:
+    """A mesh made light.
+
+    Attributes
+    ----------
+    mesh : same kind as the input
+        `trimesh.Trimesh`, or a tuple of points (n, 3) float64 and faces (m, 3) int32.
+    report : Report
+    """
+
+    mesh: Any
+    report: Report
+    _outcome: Outcome
+
+    @cached_property
+    def facets(self) -> list[Facet]:
+        """Facets that the result still shows, in order of their first face."""
+        outcome = self._outcome
+        used, compact = np.unique(outcome.triangles, return_inverse=True)
+        triangles = compact.reshape(-1, 3).astype(np.int32)
+        order = np.argsort(outcome.facet_of_face, kind="stable")
+        faces = np.split(outcome.source[order], np.cumsum(np.bincount(outcome.facet_of_face))[:-1])
+        order = np.argsort(outcome.facet_of_triangle, kind="stable")
+        shown, start = np.unique(outcome.facet_of_triangle[order], return_index=True)
+        groups = np.split(triangles[order], start[1:])
+        return [
+            Facet(outcome.planes[f, :3], np.sort(faces[f]), rings_of(group))
+            for f, group in zip(shown, groups, strict=True)
+        ]
+
+
+def simplify(mesh: Any, tolerance: float | None = None) -> Simplified:
+    """Make a mesh light: facets keep their corners, and lose every other point.
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh, or (points, faces)
+        Points (n, 3), model units; faces (m, 3).
+    tolerance : float, optional
+        How far any point of the surface may move, model units. Without it what the numbers' own
+        rounding blurs; 0 drops exactly coplanar and collinear points only.
+
+    Returns
+    -------
+    Simplified
+
+    Raises
+    ------
+    InputError
+        Where arrays have the wrong shape, a face uses a point that is not there or not finite, or the
+        tolerance is no finite number from 0 on.
+
+    Notes
+    -----
+    Nearly linear in the number of faces. The result does not depend on the order of points or faces.
+
+    References
+    ----------
+    "Morphological recognition optimization of 3D building simplification by Delaunay algorithm",
+    section on the simplification model.
+
+    Examples
+    --------
+    A square of eight triangles round a needless point in the middle:
+
+    >>> points = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [2, 2, 0], [1, 2, 0], [0, 2, 0], [0, 1, 0], [1, 1, 0]]
+    >>> light = simplify((points, [[i, (i + 1) % 8, 8] for i in range(8)]))
+    >>> light.report.before.points, light.report.after.points
+    (9, 4)
+    """
+    is_trimesh = hasattr(mesh, "vertices") and hasattr(mesh, "faces")
+    points, faces = (mesh.vertices, mesh.faces) if is_trimesh else mesh
+    scene = _scene_of(points, faces)
+    if tolerance is not None and not (np.isfinite(tolerance) and tolerance >= 0):
+        raise InputError(f"tolerance {tolerance}: give a finite number that is not negative")
+    chosen = Tolerance() if tolerance is None else Tolerance(float(tolerance), "length")
+    outcomes, report = _simplify_all(scene, Options(tolerance=chosen))
+    used, compact = np.unique(outcomes[0].triangles, return_inverse=True)
+    light = (outcomes[0].points[used], compact.reshape(-1, 3).astype(np.int32))
+    result = type(mesh)(vertices=light[0], faces=light[1], process=False) if is_trimesh else light
+    return Simplified(result, report, outcomes[0])
+
+
+def simplify_scene(scene: Scene, options: Options) -> tuple[list[Light], Report]:
+    """Make every mesh of a scene light.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : Options
+
+    Returns
+    -------
+    lights : list of Light
+        One per mesh.
+    report : Report
+        Without what writing adds: `rounding`, and `after`'s vertices and bytes.
+    """
+    outcomes, report = _simplify_all(scene, options)
+    return [outcome.light for outcome in outcomes], report
+
+
+def _simplify_all(scene: Scene, options: Options) -> tuple[list[Outcome], Report]:
+    start = time.perf_counter()
+    report = Report(
+        tolerance=resolve_tolerance(scene, options.tolerance),
+        diagonal=diagonal(scene),
+        epsilon=epsilon(scene),
+        warnings=list(scene.warnings),
+    )
+    report.before.bytes = scene.size
+    outcomes = []
+    for mesh in scene.meshes:
+        stretch = scale(mesh) or 1.0
+        local = dataclasses.replace(options, weld=options.weld / stretch)
+        outcome = simplify_mesh(mesh, report.tolerance / stretch, local)
+        outcomes.append(outcome)
+        _tell(report, mesh, outcome, stretch)
+        for part in mesh.parts:
+            if part.passed_on(options):
+                report.passed_on.append(PassedOn(part.name, f"carries {', '.join(part.attributes)}"))
+    report.before.watertight = all(outcome.before.watertight for outcome in outcomes)
+    report.after.watertight = all(outcome.after.watertight for outcome in outcomes)
+    report.seconds = time.perf_counter() - start
+    return outcomes, report
+
+
+def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
+    """Add one mesh to the report."""
+    report.deviation = max(report.deviation, outcome.deviation * stretch)
+    for total, own in ((report.before, outcome.before), (report.after, outcome.after)):
+        for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
+            setattr(total, name, getattr(total, name) + getattr(own, name))
+    report.before.vertices += _used_rows(mesh, mesh.faces)
+    report.after.vertices += _used_rows(mesh, outcome.light.faces)
+    report.facets += len(outcome.rung)
+    rungs = np.bincount(outcome.rung, minlength=len(Rung))
+    for rung in Rung:
+        name = rung.name.lower()
+        report.rungs[name] = report.rungs.get(name, 0) + int(rungs[rung])
+    report.reasons = dict(Counter(report.reasons) + Counter(outcome.reasons))
+    report.healed += outcome.healed
+    report.turned += outcome.turned
+
+
+def _used_rows(mesh: Mesh, faces: Faces) -> int:
+    used = np.zeros(len(mesh.points), bool)
+    used[faces] = True
+    return int(np.count_nonzero(used))
+
+
+def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
+    """A scene of one mesh, its arrays checked and cast."""
+    own: Points = np.ascontiguousarray(points, np.float64)
+    corners = np.asarray(faces)
+    if own.ndim != 2 or own.shape[1] != 3:
+        raise InputError(f"points have shape {own.shape}: give (n, 3)")
+    if corners.ndim != 2 or corners.shape[1] != 3 or not np.issubdtype(corners.dtype, np.integer):
+        raise InputError(f"faces have shape {corners.shape} and type {corners.dtype}: give (m, 3) integers")
+    outside = np.flatnonzero(((corners < 0) | (corners >= len(own))).any(axis=1))
+    if len(outside):
+        raise InputError(f"faces {outside[:10].tolist()} use points that are not there: there are {len(own)}")
+    loose = np.intersect1d(np.flatnonzero(~np.isfinite(own).all(axis=1)), corners)
+    if len(loose):
+        raise InputError(f"points {loose[:10].tolist()} are used by faces and not finite")
+    with np.errstate(over="ignore"):
+        single = bool(np.array_equal(own.astype(np.float32).astype(np.float64), own, equal_nan=True))
+    mesh = Mesh(
+        name="mesh",
+        points=own,
+        faces=np.ascontiguousarray(corners, np.int32),
+        part_of_face=np.zeros(len(corners), np.int32),
+        parts=[Part("mesh")],
+        single=single,
+    )
+    return Scene(path=None, format="arrays", meshes=[mesh], size=own.nbytes + corners.nbytes)

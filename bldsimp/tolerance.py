@@ -1,0 +1,117 @@
+"""How far a point may move: what the user asked for, or what the file's own rounding already blurs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .errors import InputError
+from .options import AUTO_DIAGONAL, AUTO_SPACINGS, Tolerance
+from .scene import Mesh, Points, Scene
+
+
+def resolve_tolerance(scene: Scene, tolerance: Tolerance) -> float:
+    """Tolerance in model units, in world space.
+
+    Parameters
+    ----------
+    scene : Scene
+    tolerance : Tolerance
+
+    Returns
+    -------
+    float
+        For ``auto`` the lesser of `AUTO_SPACINGS` spacings of the stored numbers and `AUTO_DIAGONAL`
+        of the diagonal.
+    """
+    if tolerance.unit == "length":
+        return tolerance.value
+    if tolerance.unit == "percent":
+        return tolerance.value / 100.0 * diagonal(scene)
+    return min(AUTO_SPACINGS * epsilon(scene), AUTO_DIAGONAL * diagonal(scene))
+
+
+def epsilon(scene: Scene) -> float:
+    """Spacing of the stored numbers, in world space: the coarsest of the scene's meshes."""
+    return max((spacing(mesh) * scale(mesh) for mesh in scene.meshes), default=0.0)
+
+
+def spacing(mesh: Mesh) -> float:
+    """Distance between neighbouring stored numbers at a mesh's largest coordinate, in its own frame.
+
+    Single precision where every stored value is exactly single, else double; the unit of the last
+    decimal digit where that is coarser (see `Mesh.rounding`).
+    """
+    used = used_points(mesh)
+    if not len(used):
+        return 0.0
+    largest = float(np.abs(used).max())
+    binary = float(np.spacing(np.float32(largest))) if mesh.single else float(np.spacing(largest))
+    return max(binary, 2.0 * mesh.rounding)
+
+
+def scale(mesh: Mesh) -> float:
+    """Greatest factor by which any instance of a mesh stretches a length."""
+    linear = mesh.transforms[:, :3, :3]
+    if not len(linear):
+        return 1.0
+    if all(np.array_equal(one, np.eye(3)) for one in linear):
+        return 1.0
+    return max(_stretch(one) for one in linear)
+
+
+def diagonal(scene: Scene) -> float:
+    """Diagonal of the box of all points that a face uses, in world space, over all instances."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for mesh in scene.meshes:
+        used = used_points(mesh)
+        if not len(used):
+            continue
+        for transform in mesh.transforms if len(mesh.transforms) else np.eye(4)[None]:
+            world = used if np.array_equal(transform, np.eye(4)) else placed(used, transform)
+            low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
+    if not np.all(low <= high):
+        return 0.0
+    length = math.dist(low, high)
+    if not math.isfinite(length):
+        raise InputError("the model is too large: the diagonal of its box is not a finite number")
+    return length
+
+
+def used_points(mesh: Mesh) -> Points:
+    """Rows of a mesh's points that a face uses."""
+    used = np.zeros(len(mesh.points), bool)
+    used[mesh.faces] = True
+    return mesh.points if used.all() else mesh.points[used]
+
+
+def placed(points: Points, transform: Points) -> Points:
+    """Points moved by a 4 x 4 transform, summed in a fixed order so that no library's blocking shows."""
+    x, y, z = points.T
+    return np.stack(
+        [row[0] * x + row[1] * y + row[2] * z + row[3] for row in transform[:3]], axis=1
+    )
+
+
+def _stretch(linear: Points) -> float:
+    """Greatest singular value of a 3 x 3 matrix, by Jacobi rotations of its Gram matrix."""
+    a = [[sum(linear[k][i] * linear[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+    for _ in range(12):
+        for p, q in ((0, 1), (0, 2), (1, 2)):
+            if a[p][q] == 0.0:
+                continue
+            theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
+            t = math.copysign(1.0, theta) / (abs(theta) + math.hypot(theta, 1.0))
+            c = 1.0 / math.hypot(t, 1.0)
+            _rotate(a, p, q, c, t * c)
+    return math.sqrt(max(a[0][0], a[1][1], a[2][2], 0.0))
+
+
+def _rotate(a: list[list[float]], p: int, q: int, c: float, s: float) -> None:
+    """One Jacobi rotation of a symmetric matrix, in place."""
+    for k in range(3):
+        a[k][p], a[k][q] = c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]
+    for k in range(3):
+        a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
+    a[p][q] = a[q][p] = 0.0
