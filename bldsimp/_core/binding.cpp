@@ -141,6 +141,8 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
 
+  m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
+
   nb::class_<Outlines> outlines(m, "Outlines");
   def_view<Index>(outlines, "chain_start", &Outlines::chain_start);
   def_view<Index>(outlines, "chain_points", &Outlines::chain_points);
@@ -220,6 +222,7 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(patches, "facet_of_triangle", &Patches::facet_of_triangle);
   def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
   def_view<Index>(patches, "put_back", &Patches::put_back);
+  def_view<Index>(patches, "trouble", &Patches::trouble);
   m.def(
       "retriangulate",
       [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
@@ -234,12 +237,12 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "find_misfits",
       [](Faces3 triangles, Indices facet_of_triangle, const PieceEdges& expected, Bytes keep, const Outlines& o) {
-        std::vector<Index> blamed;
+        std::vector<Misfit> misfits;
         {
           nb::gil_scoped_release release;
-          blamed = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.back);
+          misfits = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.back);
         }
-        return give<Index>(std::move(blamed));
+        return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
   m.def(
@@ -268,12 +271,32 @@ auto signs(const Predicate& predicate, const Array& first, const Arrays&... rest
   return give<std::int8_t>(std::move(result));
 }
 
+// Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.
+void check_finite(std::span<const double> numbers) {
+  double sum = 0.0;  // not a number as soon as any x * 0 is not 0
+  for (const double number : numbers) sum += number * 0.0;
+  if (sum != 0.0) throw nb::value_error("not finite");
+}
+void check_range(std::span<const Index> indices, std::size_t count) {
+  bool within = true;
+  for (const Index index : indices) within &= static_cast<std::size_t>(index) < count;
+  if (!within) throw nb::index_error("index out of range");
+}
+
 // (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
 // statistics); nothing after the points counts where segments cross.
 nb::tuple triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
                       const std::optional<Doubles>& lift) {
+  check_finite({points.data(), points.size()});
+  check_range({segments.data(), segments.size()}, points.shape(0));
   if (lift && lift->shape(0) != points.shape(0)) throw nb::value_error("one lift per point");
-  Triangulator triangulator;
+  if (lift) check_finite(flat(*lift));
+  // Small inputs share one workspace per thread; a large one gives its memory back.
+  constexpr std::size_t small = 10000;
+  static thread_local Triangulator shared;
+  std::optional<Triangulator> own;
+  if (points.shape(0) > small) own.emplace();
+  Triangulator& triangulator = own ? *own : shared;
   Status status;
   {
     nb::gil_scoped_release release;
@@ -297,6 +320,7 @@ void bind_triangulation(nb::module_& m) {
   m.def(
       "triangulate_polygons",
       [](Points3 points, In<std::int64_t, nb::shape<-1>> offsets, Indices corners) {
+        check_range(flat(corners), points.shape(0));
         PolygonFaces result;
         {
           nb::gil_scoped_release release;
