@@ -85,8 +85,8 @@ class Inspection:
 
     def total(self) -> dict[str, Any]:
         """Sums over the meshes, each counted once."""
-        keys = ("parts", "points", "vertices", "triangles", "facets", "open_edges", "nonmanifold_edges")
-        keys += ("degenerate_faces", "duplicate_faces")
+        keys = ["parts", "points", "vertices", "triangles", "facets", "open_edges", "nonmanifold_edges"]
+        keys += ["degenerate_faces", "duplicate_faces"]
         total: dict[str, Any] = {key: sum(getattr(mesh, key) for mesh in self.meshes) for key in keys}
         total["watertight"] = all(mesh.watertight for mesh in self.meshes)
         return total

@@ -200,7 +200,7 @@ def test_positions_that_are_not_finite_are_named() -> None:
     points[3] = np.nan
     primitive = {"attributes": {"POSITION": document.accessor(points)}}
     primitive["indices"] = document.accessor(faces.reshape(-1), "u2")
-    with pytest.raises(InputError, match="not finite .*: 3:"):
+    with pytest.raises(InputError, match=r"not finite .*: 3:"):
         read(glb_of(primitive, document), "glb")
 
 
@@ -227,7 +227,7 @@ class TestPatch:
                          "samplers": [{"input": time, "output": move}]}],
         )  # fmt: skip
         data = document.glb()
-        scene, after = light(data, tmp_path / "out.glb")
+        _, after = light(data, tmp_path / "out.glb")
         old, new = glb_parts(data)[0], glb_parts(after)[0]
         for key in ("asset", "nodes", "scenes", "scene", "materials", "cameras", "extras"):
             assert new[key] == old[key]

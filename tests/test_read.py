@@ -7,8 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from shapes import (
-    FAR, Gltf, box, box_quads, concave_polygon_obj, fine_box, obj_text, off_text, open_cone, ply_bytes, stl_text,
-    triangle_set, write,
+    FAR,
+    Gltf,
+    box,
+    box_quads,
+    concave_polygon_obj,
+    fine_box,
+    obj_text,
+    off_text,
+    open_cone,
+    ply_bytes,
+    stl_text,
+    triangle_set,
+    write,
 )  # fmt: skip
 
 from bldsimp import InputError, Mesh, Scene

@@ -105,7 +105,7 @@ class Document:
         """The bytes of a buffer view."""
         view = self._item("bufferViews", index)
         start, length = view.get("byteOffset", 0), view.get("byteLength", 0)
-        return self._buffer(view, index, start, length)[start : start + length]
+        return bytes(self._buffer(view, index, start, length)[start : start + length])
 
     def _sparse(
         self, sparse: dict[str, Any], kind: np.dtype[Any], width: int, index: int
@@ -221,8 +221,8 @@ def _glb_chunks(data: bytes) -> tuple[bytes, bytes | None, list[tuple[int, bytes
 
 def _buffer(entry: dict[str, Any], number: int, binary: bytes | None, beside: Beside) -> bytes:
     """The bytes of a buffer."""
-    uri = entry.get("uri")
-    if uri is None:
+    uri = str(entry.get("uri", ""))
+    if not uri:
         if number == 0 and binary is not None:
             found: bytes | None = binary
         elif any(key in _PACKED for key in entry.get("extensions", {})):

@@ -86,7 +86,7 @@ class Pictures:
                 metallic["baseColorFactor"] = [min(max(float(c), 0.0), 1.0) for c in material.color]
             if texture in self.images:
                 metallic["baseColorTexture"] = {"index": self._texture(str(texture))}
-            entry = {"pbrMetallicRoughness": metallic}
+            entry: dict[str, Any] = {"pbrMetallicRoughness": metallic}
             if material.name:
                 entry = {"name": material.name, **entry}
             self.json.setdefault("materials", []).append(entry)

@@ -142,7 +142,8 @@ def _faces(document: Document, primitive: dict[str, Any], rows: Rows, name: str)
         )
     mode = primitive.get("mode", TRIANGLES)
     if mode == TRIANGLES:
-        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+        triples: NDArray[np.int64] = corners[: len(corners) // 3 * 3].reshape(-1, 3)
+        return triples
     if len(corners) < 3:
         return np.zeros((0, 3), np.int64)
     if mode == FAN:

@@ -198,7 +198,7 @@ def _states(
     """The distinct states that faces are in, and the state of each face."""
     where = np.flatnonzero(np.isin(keys, _STATE))
     words = dict(zip(_STATE, ("object", "group", "material", "smoothing"), strict=True))
-    current = {word: "" for word in words.values()}
+    current = dict.fromkeys(words.values(), "")
     states: dict[State, int] = {}
     of_run = np.zeros(len(where) + 1, np.int32)
     runs = np.searchsorted(where, where_faces)

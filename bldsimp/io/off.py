@@ -23,7 +23,7 @@ def read_off(data: bytes, warnings: list[str]) -> list[Mesh]:
     InputError
     """
     header, lines = _content(data)
-    st, c, n = (bool(group) for group in header.groups())
+    st, _, n = (bool(group) for group in header.groups())
     try:
         vertex_count, face_count = (int(word) for word in lines[0].split()[:2])
     except (ValueError, IndexError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,7 +107,10 @@ def _header(data: bytes) -> tuple[str, list[Element], int]:
             elif words[:1] == ["element"]:
                 elements.append(Element(words[1], int(words[2])))
             elif words[:2] == ["property", "list"]:
-                elements[-1].properties.append(Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
+                count = _TYPES[words[2]]
+                if count[0] == "f":
+                    raise ValueError
+                elements[-1].properties.append(Property(words[4], _TYPES[words[3]], count))
             elif words[:1] == ["property"]:
                 elements[-1].properties.append(Property(words[2], _TYPES[words[1]]))
         except (IndexError, KeyError, ValueError):
@@ -200,32 +203,36 @@ def _split(rows: NDArray[Any], element: Element) -> Columns:
 
 def _uneven_rows(data: bytes, place: int, order: str, element: Element) -> tuple[Columns, int]:
     """Rows one by one, and where they end: only their lengths; the values are then taken at once."""
-    kinds = [(p.count and np.dtype(order + p.count), np.dtype(order + p.type)) for p in element.properties]
-    starts = np.empty((len(kinds), element.rows), np.int64)
-    lengths = np.ones((len(kinds), element.rows), np.int64)
-    sign = {prop.count: prop.count[0] == "i" for prop in element.properties if prop.count}
-    byte_order = "little" if order == "<" else "big"
+    counts = [np.dtype(order + p.count) if p.count else None for p in element.properties]
+    sizes = [np.dtype(p.type).itemsize for p in element.properties]
+    byte_order: Literal["little", "big"] = "little" if order == "<" else "big"
+    least = sum(size if count is None else count.itemsize for count, size in zip(counts, sizes, strict=True))
+    if place + least * element.rows > len(data):
+        raise _short(element)
+    starts = np.empty((len(sizes), element.rows), np.int64)
+    lengths = np.ones((len(sizes), element.rows), np.int64)
     for row in range(element.rows):
-        for number, (count, value) in enumerate(kinds):
+        for number, (count, size) in enumerate(zip(counts, sizes, strict=True)):
             length = 1
             if count is not None:
                 head = data[place : place + count.itemsize]
-                length = int.from_bytes(head, byte_order, signed=sign[element.properties[number].count])  # type: ignore[arg-type]
+                length = int.from_bytes(head, byte_order, signed=count.kind == "i")
                 if length < 0:
                     raise InputError(f"a list of the PLY element '{element.name}' has the length {length}")
                 place += count.itemsize
             starts[number, row], lengths[number, row] = place, length
-            place += length * value.itemsize
+            place += length * size
         if place > len(data):
             raise _short(element)
     raw = np.frombuffer(data, np.uint8)
     columns = Columns({}, {})
     for number, prop in enumerate(element.properties):
-        size = kinds[number][1].itemsize
+        kind = np.dtype(order + prop.type)
+        size = kind.itemsize
         first = np.repeat(starts[number], lengths[number])
         ends = np.cumsum(lengths[number])
         within = np.arange(len(first)) - np.repeat(ends - lengths[number], lengths[number])
-        values = raw[(first + within * size)[:, None] + np.arange(size)].reshape(-1).view(kinds[number][1])
+        values = raw[(first + within * size)[:, None] + np.arange(size)].reshape(-1).view(kind)
         if prop.count is None:
             columns.scalars[prop.name] = values
         else:
@@ -253,6 +260,8 @@ def _text_rows(flat: NDArray[np.float64], place: int, element: Element) -> tuple
         rows = flat[place : place + width * count].reshape(count, width)
         columns.scalars = {prop.name: rows[:, i] for i, prop in enumerate(props)}
         return columns, place + width * count
+    if place + count * len(props) > len(flat):
+        raise _short(element)
     starts = np.empty((len(props), count), np.int64)
     lengths = np.ones((len(props), count), np.int64)
     values = flat.tolist()

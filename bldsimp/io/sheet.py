@@ -43,7 +43,8 @@ class Sheet:
 
     def triangles(self, part: int) -> NDArray[np.int32]:
         """Faces of a part, where every polygon is a triangle."""
-        return self.polygons.corners.reshape(-1, 3)[self.polygons.part == part]
+        faces: NDArray[np.int32] = self.polygons.corners.reshape(-1, 3)[self.polygons.part == part]
+        return faces
 
     def used(self) -> NDArray[np.int64]:
         """Rows that a polygon uses, ascending."""
