@@ -55,7 +55,8 @@ def bldsimp() -> None:
     "--normals",
     type=click.Choice(["auto", "flat", "smooth", "none"]),
     default="auto",
-    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own.  [default: auto]",
+    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own."
+    "  [default: auto]",
 )
 @click.option(
     "--drop-attributes",

@@ -142,7 +142,7 @@ class Document:
                 f"glTF buffer view {index} ends at byte {start + length:,}"
                 f" of a buffer of {len(buffer):,}: the file is truncated"
             )
-        return buffer
+        return bytes(buffer)
 
     def _item(self, key: str, index: int) -> dict[str, Any]:
         items = self.items(key)

@@ -149,10 +149,11 @@ def _faces(document: Document, primitive: dict[str, Any], rows: Rows, name: str)
     if mode == FAN:
         first = np.full(len(corners) - 2, corners[0])
         return np.stack([corners[1:-1], corners[2:], first], axis=1)
-    faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    faces: NDArray[np.int64] = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
     faces[1::2] = faces[1::2][:, [0, 2, 1]]
     a, b, c = faces.T
-    return faces[(a != b) & (b != c) & (a != c)]
+    proper = (a != b) & (b != c) & (a != c)
+    return np.asarray(faces[proper])
 
 
 def _carried_names(entry: dict[str, Any], primitive: dict[str, Any], skinned: bool) -> tuple[str, ...]:
