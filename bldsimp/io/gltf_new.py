@@ -68,12 +68,11 @@ def new_document(
         if not len(light.faces):
             continue
         one = sheet(mesh, light, options, polygonal=False)
-        used = mesh.points[one.used()]
-        origin = best_origin(used)
-        made.rounding = max(made.rounding, scale(mesh) * single_rounding(used, origin))
+        origin = best_origin(one.points)
+        made.rounding = max(made.rounding, scale(mesh) * single_rounding(one.points, origin))
         if not math.isfinite(made.rounding):
             break
-        made.fallen += fallen_together(used, origin)
+        made.fallen += fallen_together(one.points, origin)
         made.vertices += _add_mesh(json_, body, pictures, one, origin)
         _add_nodes(json_, mesh, origin)
     json_["accessors"] = body.accessors

@@ -63,7 +63,7 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     lines = [line.strip() for line in data.split(b"\n")]
     if b"\t" in data:
         lines = [line.replace(b"\t", b" ") for line in lines]
-    keys = np.array([line.partition(b" ")[0] for line in lines])
+    keys = np.array([line.partition(b" ")[0][:20] for line in lines])
     _warn_of_rest(keys, warnings)
     positions, colors = _positions([lines[i][2:] for i in np.flatnonzero(keys == b"v")], warnings)
     where_faces = np.flatnonzero(keys == b"f")
@@ -142,11 +142,13 @@ def _corners(lines: list[bytes]) -> tuple[Index, Index]:
     starts = np.flatnonzero(start)
     line_ends = np.searchsorted(starts, np.flatnonzero(raw == 10))
     sizes = np.diff(np.concatenate([[0], line_ends]))
-    slashes = np.add.reduceat((raw == 47).astype(np.int64), starts) if len(starts) else np.zeros(0, np.int64)
-    triples = np.zeros((len(starts), 3), np.int64)
-    if not slashes.any():
+    # Stored column by column, since each column is worked on by itself.
+    triples = np.zeros((len(starts), 3), np.int64, order="F")
+    if b"/" not in text:
         triples[:, 0] = numbers(text, np.int64)
         return sizes, triples
+    owner = np.searchsorted(starts, np.flatnonzero(raw == 47), side="right") - 1
+    slashes = np.bincount(owner, minlength=len(starts))
     if slashes.max() > 2:
         raise InputError("an OBJ face has a corner with more than two slashes: the file is damaged")
     text = text.replace(b"//", b"/0/").replace(b"/ ", b"/0 ").replace(b"/\n", b"/0\n")
@@ -188,6 +190,13 @@ def _rows(triples: Index, count: int) -> tuple[Index, Index]:
         rows = np.full((count, 3), -1, np.int64)
         rows[:, 0] = np.arange(count)
         return rows, triples[:, 0]
+    v = triples[:, 0]
+    # Where every point has but one texture coordinate and normal, which is common, no search is needed.
+    only = np.full((count, 3), -1, np.int64, order="F")
+    only[v] = triples
+    if all(np.array_equal(only[v, column], triples[:, column]) for column in (1, 2)):
+        only[:, 0] = np.arange(count)
+        return only, v
     first, inverse = distinct_rows(triples)
     return triples[first], inverse
 

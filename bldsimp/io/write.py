@@ -133,7 +133,7 @@ def _files(
     elif format_ == "off":
         data, written.vertices = off_text(sheets, with_normals=scene.format == "off")
     else:
-        used = [one.points[one.used()] for one in sheets]
+        used = [one.points for one in sheets]
         written.rounding = max(map(single_rounding, used))
         _warn_of_rounding(scene, "STL", sum(map(fallen_together, used)), written)
         data, written.vertices = stl_bytes([_triangles(one) for one in sheets])
@@ -222,7 +222,7 @@ def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyForma
         encoding = stored.format.encoding
     else:
         encoding = "binary_little_endian"
-    moved = max(single_rounding(one.points[one.used()]) for one in sheets)
+    moved = max(single_rounding(one.points) for one in sheets)
     double = moved > epsilon(scene)
     written.rounding = 0.0 if double else moved
     return PlyFormat(encoding, double)
