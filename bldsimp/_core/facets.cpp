@@ -82,16 +82,17 @@ class FacetFinder {
   bool is_needle(Index f) const { return (longest_[f] & needle_bit) != 0; }
   Index longest_halfedge(Index f) const { return 3 * f + (longest_[f] & 3); }
 
-  // The face whose plane stands for that of f: f itself, or for a needle the face that is reached
-  // across longest edges; -1 where that leads to a border or round in a circle.
+  // The face whose plane stands for that of f: f itself, or for a needle the face that is reached across
+  // longest edges; where that leads nowhere, f has to do.
   Index host(Index f) const {
+    Index at = f;
     for (int steps = 0; steps < 16; ++steps) {
-      if (!is_needle(f)) return f;
-      const Index t = twin_[longest_halfedge(f)];
-      if (t < 0 || label_[t / 3] != label_[f]) return -1;
-      f = t / 3;
+      if (!is_needle(at)) return at;
+      const Index t = twin_[longest_halfedge(at)];
+      if (t < 0 || label_[t / 3] != label_[f]) return f;
+      at = t / 3;
     }
-    return -1;
+    return f;
   }
 
   // Whether all three points of g lie within the width of the plane of f, facing the same way.
@@ -113,7 +114,6 @@ class FacetFinder {
     if (label_[f] != label_[g] || label_[f] < 0) return false;
     if ((is_needle(f) && h == longest_halfedge(f)) || (is_needle(g) && t == longest_halfedge(g))) return true;
     const Index a = host(f), b = host(g);
-    if (a < 0 || b < 0) return false;
     // The larger face has the more reliable plane.
     const Vec3 n = area_vector(a), m = area_vector(b);
     return dot(n, n) >= dot(m, m) ? in_plane_of(a, b) : in_plane_of(b, a);
@@ -146,24 +146,29 @@ class FacetFinder {
     }
   }
 
-  // Best plane of the faces and the slab about it; no normal where all of them are needles.
+  // Best plane of the faces and the slab about it; no normal where they are no wider than a needle.
   Slab fit(std::span<const Index> set) const {
     Moments moments(corner(set[0], 0));
-    Vec3 facing{0, 0, 0};
-    bool has_plane = false;
+    Vec3 facing{0, 0, 0}, least = corner(set[0], 0), greatest = least;
     for (const Index f : set) {
       moments.add(corner(f, 0), corner(f, 1), corner(f, 2));
       facing = facing + area_vector(f);
-      has_plane |= !is_needle(f);
+      for (const Index p : faces_[f]) {
+        least = lower_corner(least, points_[p]);
+        greatest = upper_corner(greatest, points_[p]);
+      }
     }
     Slab slab;
-    if (has_plane) {
+    if (2 * moments.area() > limits_.needle * length(greatest - least)) {
       slab.normal = set.size() == 1 ? (1 / length(facing)) * facing : moments.normal();
       if (dot(slab.normal, facing) < 0) slab.normal = -1.0 * slab.normal;
     }
     measure(set, slab);
     return slab;
   }
+
+  static Vec3 lower_corner(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
+  static Vec3 upper_corner(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
   void measure(std::span<const Index> set, Slab& slab) const {
     for (const Index f : set)
@@ -293,7 +298,7 @@ class FacetFinder {
     if (!is_needle(g)) return dot(area_vector(g), slab.normal) > 0;
     if (t == longest_halfedge(g)) return true;
     const Index base = host(g);
-    return base >= 0 && fits(slab, base, limits_.width) && dot(area_vector(base), slab.normal) > 0;
+    return fits(slab, base, limits_.width) && dot(area_vector(base), slab.normal) > 0;
   }
 
   // Whether the slab stays narrow enough with the points of f.
