@@ -1,11 +1,13 @@
 #include "facets.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <numeric>
 #include <queue>
 #include <tuple>
 
+#include "parallel.hpp"
 #include "plane_fit.hpp"
 #include "predicates.hpp"
 
@@ -60,24 +62,29 @@ class FacetFinder {
 
  private:
   Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
-  Vec3 area_vector(Index f) const { return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0)); }
-  Vec3 apex(Index h) const { return points_[faces_[h / 3][previous_halfedge(h) % 3]]; }
+  Vec3 area_vector(Index f) const { return area_vector_[f]; }
   double height_in(Vec3 normal, Vec3 p) const { return dot(normal, p - origin_); }
 
   void find_needles() {
     longest_.resize(faces_.size());
-    for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f) {
-      double longest = -1;
-      for (int i = 0; i < 3; ++i) {
-        const Vec3 d = corner(f, (i + 1) % 3) - corner(f, i);
-        if (dot(d, d) > longest) {
-          longest = dot(d, d);
-          longest_[f] = static_cast<std::int8_t>(i);
-        }
+    area_vector_.resize(faces_.size());
+    parallel_for(faces_.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t f = begin; f < end; ++f) measure_face(static_cast<Index>(f));
+    });
+  }
+
+  void measure_face(Index f) {
+    double longest = -1;
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 d = corner(f, (i + 1) % 3) - corner(f, i);
+      if (dot(d, d) > longest) {
+        longest = dot(d, d);
+        longest_[f] = static_cast<std::int8_t>(i);
       }
-      const Vec3 n = area_vector(f);
-      if (dot(n, n) <= limits_.needle * limits_.needle * longest) longest_[f] |= needle_bit;
     }
+    const Vec3 n = cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0));
+    area_vector_[f] = n;
+    if (dot(n, n) <= limits_.needle * limits_.needle * longest) longest_[f] |= needle_bit;
   }
   bool is_needle(Index f) const { return (longest_[f] & needle_bit) != 0; }
   Index longest_halfedge(Index f) const { return 3 * f + (longest_[f] & 3); }
@@ -120,9 +127,14 @@ class FacetFinder {
   }
 
   FaceSets join_across_flat_edges() const {
+    std::vector<std::uint8_t> flat(twin_.size());
+    parallel_for(twin_.size(), [&](std::size_t begin, std::size_t end) {
+      for (Index h = static_cast<Index>(begin); h < static_cast<Index>(end); ++h)
+        flat[h] = twin_[h] > h && flat_across(h, twin_[h]);
+    });
     FaceSets sets(faces_.size());
     for (Index h = 0; h < static_cast<Index>(twin_.size()); ++h)
-      if (twin_[h] > h && flat_across(h, twin_[h])) sets.join(h / 3, twin_[h] / 3);
+      if (flat[h]) sets.join(h / 3, twin_[h] / 3);
     return sets;
   }
 
@@ -134,15 +146,30 @@ class FacetFinder {
     std::partial_sum(start.begin(), start.end(), start.begin());
     std::vector<Index> cursor(start.begin(), start.end() - 1);
     for (Index f = 0; f < count; ++f) members[cursor[candidate_[f]]++] = f;
-    for (Index root = 0; root < count; ++root) {
-      const std::span<const Index> set(members.data() + start[root], members.data() + start[root + 1]);
-      if (set.empty()) continue;
-      const Slab slab = fit(set);
-      // At zero tolerance exact coplanarity passes from face to face: the union needs no fit.
-      if (limits_.width == 0 || (slab.width() <= limits_.width && all_face(set, slab.normal)))
-        add_facet(set, slab);
+    std::vector<Index> roots;
+    for (Index f = 0; f < count; ++f)
+      if (candidate_[f] == f) roots.push_back(f);
+    const auto set_of = [&](Index root) {
+      return std::span<const Index>(members.data() + start[root], members.data() + start[root + 1]);
+    };
+    std::vector<Slab> slabs(roots.size());
+    std::vector<std::uint8_t> accepted(roots.size());
+    // Sets differ in size: the threads take them one by one.
+    std::atomic<std::size_t> next = 0;
+    const auto test_sets = [&](std::size_t, std::size_t) {
+      for (std::size_t i = next++; i < roots.size(); i = next++) {
+        slabs[i] = fit(set_of(roots[i]));
+        // At zero tolerance exact coplanarity passes from face to face: the union needs no fit.
+        accepted[i] = limits_.width == 0 ||
+                      (slabs[i].width() <= limits_.width && all_face(set_of(roots[i]), slabs[i].normal));
+      }
+    };
+    parallel_for(faces_.size(), test_sets);
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      if (accepted[i])
+        add_facet(set_of(roots[i]), slabs[i]);
       else
-        grow_within(set);
+        grow_within(set_of(roots[i]));
     }
   }
 
@@ -335,6 +362,7 @@ class FacetFinder {
   std::span<const Index> label_;
   Vec3 origin_;
   FacetLimits limits_;
+  std::vector<Vec3> area_vector_;     // per face, twice its area long
   std::vector<std::int8_t> longest_;  // corner at which the longest edge starts, and needle_bit
   std::vector<Index> candidate_;  // per face the least face of its candidate
   std::vector<Index> facet_of_face_;

@@ -15,7 +15,7 @@ inline constexpr std::size_t least_parallel_work = 1 << 15;  // below this, a th
 template <class Run>
 void parallel_for(std::size_t count, Run run, std::size_t least_work = least_parallel_work) {
   const std::size_t threads =
-      std::min<std::size_t>(std::max(1u, std::thread::hardware_concurrency()), count / std::max<std::size_t>(1, least_work) + 1);
+      std::clamp<std::size_t>(count / least_work, 1, std::max(1u, std::thread::hardware_concurrency()));
   std::vector<std::jthread> others;
   for (std::size_t i = 1; i < threads; ++i)
     others.emplace_back([=, &run] { run(count * i / threads, count * (i + 1) / threads); });
