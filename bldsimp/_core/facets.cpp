@@ -344,4 +344,13 @@ Facets find_facets(std::span<const Vec3> points, std::span<const Face> faces, st
   return FacetFinder(points, faces, twin, label, origin, limits).find();
 }
 
+Facets split_off(const Facets& facets, std::span<const Index> cut) {
+  Facets result = facets;
+  for (const Index f : cut) {
+    result.planes.push_back(facets.planes[facets.facet_of_face[f]]);
+    result.facet_of_face[f] = static_cast<Index>(result.planes.size()) - 1;
+  }
+  return result;
+}
+
 }  // namespace bldsimp
