@@ -141,6 +141,13 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
 
+  m.def(
+      "group_faces",
+      [](const Facets& all) {
+        Grouped grouped = group_faces(all);
+        return nb::make_tuple(give<Index>(std::move(grouped.start)), give<Index>(std::move(grouped.order)));
+      },
+      "facets"_a);
   m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
 
   nb::class_<Outlines> outlines(m, "Outlines");

@@ -386,4 +386,14 @@ Facets split_off(const Facets& facets, std::span<const Index> cut) {
   return result;
 }
 
+Grouped group_faces(const Facets& facets) {
+  Grouped grouped{std::vector<Index>(facets.planes.size() + 1, 0), std::vector<Index>(facets.facet_of_face.size())};
+  for (const Index facet : facets.facet_of_face) ++grouped.start[facet + 1];
+  std::partial_sum(grouped.start.begin(), grouped.start.end(), grouped.start.begin());
+  std::vector<Index> cursor(grouped.start.begin(), grouped.start.end() - 1);
+  for (std::size_t f = 0; f < facets.facet_of_face.size(); ++f)
+    grouped.order[cursor[facets.facet_of_face[f]]++] = static_cast<Index>(f);
+  return grouped;
+}
+
 }  // namespace bldsimp
