@@ -141,6 +141,8 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
 
+  m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
+
   nb::class_<Outlines> outlines(m, "Outlines");
   def_view<Index>(outlines, "chain_start", &Outlines::chain_start);
   def_view<Index>(outlines, "chain_points", &Outlines::chain_points);
@@ -220,6 +222,7 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(patches, "facet_of_triangle", &Patches::facet_of_triangle);
   def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
   def_view<Index>(patches, "put_back", &Patches::put_back);
+  def_view<Index>(patches, "trouble", &Patches::trouble);
   m.def(
       "retriangulate",
       [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
@@ -234,12 +237,12 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "find_misfits",
       [](Faces3 triangles, Indices facet_of_triangle, const PieceEdges& expected, Bytes keep, const Outlines& o) {
-        std::vector<Index> blamed;
+        std::vector<Misfit> misfits;
         {
           nb::gil_scoped_release release;
-          blamed = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.back);
+          misfits = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.back);
         }
-        return give<Index>(std::move(blamed));
+        return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
   m.def(
