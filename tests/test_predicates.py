@@ -99,12 +99,17 @@ def test_poles_are_never_wrong_on_a_grid(grid_triples):
     told = _core.direction_by_poles(*columns(grid_triples))
     true = _core.orient2d(*columns(grid_triples))
     assert ((told == 0) | (told == true)).all()
-    # What they cannot tell: three points in a line, or one strictly inside the box of the others.
+    # They tell unless one point is in the box of the others; on its sides it depends on the side.
     a, b, c = (np.array(column) for column in zip(*grid_triples, strict=True))
-    boxed = np.zeros(len(a), bool)
+    inside, touching = np.zeros(len(a), bool), np.zeros(len(a), bool)
     for p, q, m in ((a, b, c), (b, c, a), (c, a, b)):
-        boxed |= ((np.minimum(p, q) < m) & (m < np.maximum(p, q))).all(axis=1)
-    assert ((told == 0) == (boxed | (true == 0))).all()
+        least, most = np.minimum(p, q), np.maximum(p, q)
+        inside |= ((least < m) & (m < most)).all(axis=1)
+        touching |= ((least <= m) & (m <= most)).all(axis=1)
+    assert (told[inside] == 0).all()
+    assert (told[~touching] != 0).all()
+    assert touching.any()
+    assert (~touching).any()
 
 
 def test_poles_agree_with_the_oracle(grid_triples):

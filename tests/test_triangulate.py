@@ -134,9 +134,7 @@ def test_without_segments():
 
 
 def test_cocircular_ties_go_to_the_least_point():
-    angles = np.arange(4) * 90
     circle = [(5, 0), (4, 3), (3, 4), (0, 5), (-3, 4), (-4, 3), (-5, 0), (-4, -3), (-3, -4), (0, -5), (3, -4), (4, -3)]
-    assert len(angles) == 4
     result = checked(circle, [], carve=False)
     assert all(6 in triangle for triangle in result.triangles)
 
@@ -275,11 +273,19 @@ def graphs(draw):
 
 
 def cross(points, first, second) -> bool:
-    a, b, c, d = (oracle.exact([points[i]])[0] for i in (*first, *second))
+    """Whether two segments cross at a point that is none of the input's."""
+    exact = oracle.exact(points)
+    a, b, c, d = (exact[i] for i in (*first, *second))
     return (
         oracle.orient2d(a, b, c) * oracle.orient2d(a, b, d) < 0
         and oracle.orient2d(c, d, a) * oracle.orient2d(c, d, b) < 0
+        and not any(oracle.orient2d(a, b, p) == oracle.orient2d(c, d, p) == 0 for p in exact)
     )
+
+
+def test_segments_that_meet_in_a_point_do_not_cross():
+    result = checked([*SQUARE, (2, 2)], [(0, 2), (1, 3)], carve=False)
+    assert result.segments.tolist() == [[0, 4], [4, 2], [1, 4], [4, 3]]
 
 
 @settings(max_examples=300, deadline=None)
@@ -290,14 +296,9 @@ def test_any_graph(graph, carve):
     if pairs:
         with pytest.raises(TopologyError) as caught:
             triangulate(points, segments, carve=carve)
-        assert caught.value.segments[::-1] in pairs or not through_no_point(points, segments, caught.value.segments)
+        assert caught.value.segments[::-1] in pairs
     else:
         checked(points, segments, carve=carve)
-
-
-def through_no_point(points, segments, named) -> bool:
-    """Whether two named segments cross at a point that is no point of the input."""
-    return cross(points, segments[named[0]], segments[named[1]])
 
 
 @settings(max_examples=300, deadline=None)
@@ -379,7 +380,7 @@ def test_carved_as_by_the_midpoint_of_a_median(count, size, seed):
 
 
 def broken(**changes) -> Triangulation:
-    result = triangulate([*SQUARE, (1, 2)], ring(0, 4))
+    result = triangulate([(0, 0), (4, 0), (9, 9), (0, 4)], ring(0, 4))
     values = {name: np.copy(value) if isinstance(value, np.ndarray) else value for name, value in vars(result).items()}
     return Triangulation(**{**values, **{name: change(values[name]) for name, change in changes.items()}})
 
@@ -390,7 +391,8 @@ def broken(**changes) -> Triangulation:
         ({"triangles": lambda t: t[:, ::-1]}, "not counter-clockwise|neighbour"),
         ({"triangles": lambda t: t + 2}, "out of range"),
         ({"neighbours": lambda n: np.roll(n, 1, axis=0)}, "neighbour"),
-        ({"points": lambda p: np.where(p == 1, 3.9, p)}, "Delaunay"),
+        ({"points": lambda p: np.where(p == 9, 3, p)}, "not Delaunay"),
+        ({"points": lambda p: np.where(p == 9, 4, p)}, "tie"),
         ({"input_segment": lambda s: s[::-1]}, "order"),
         ({"constraints": lambda c: c[:, ::-1]}, "one piece"),
         ({"triangles": lambda t: t[:-1], "neighbours": lambda n: n[:-1]}, "neighbour"),
@@ -463,8 +465,8 @@ def test_ring_corpus(path, models):
     checked(points, segments, carve=False, split_crossings=True)
     expected = json.loads((path.parent / "_expected.json").read_text())
     deviation = expected.get("errors", {}).get(path.stem, 0)
-    # Rings that cross or overlap have no area that both conventions agree on.
-    if len(result.points) == len(points) and deviation == 0 and len(result.triangles):
+    # Where rings cross, overlap, or the first one is not the outer one, conventions differ.
+    if len(result.points) == len(points) and deviation == 0 and expected["triangles"].get(path.stem, 0):
         assert area(result) == pytest.approx(even_odd_area(outlines), rel=1e-9)
 
 
