@@ -204,5 +204,8 @@ def _check_empty(result: Triangulation) -> None:
     different = np.flatnonzero((result.points != result.points[0]).any(axis=1))
     if len(different) == 0:
         return
-    first, second = (np.ascontiguousarray(np.broadcast_to(result.points[i], result.points.shape)) for i in (0, different[0]))
+    first, second = (
+        np.ascontiguousarray(np.broadcast_to(result.points[i], result.points.shape))
+        for i in (0, different[0])
+    )
     _require(_core.orient2d(first, second, np.ascontiguousarray(result.points)) != 0, "no triangle at point")

@@ -177,10 +177,15 @@ class Net:
     def first_point(self, a: int, b: int) -> int:
         """The first vertex after a on the segment a-b."""
         on = [
-            i for i in {v for edge in self.apex for v in edge}
+            i
+            for i in {v for edge in self.apex for v in edge}
             if self.turn(a, b, i) == 0 and lies_between(self.points[a], self.points[b], self.points[i])
         ]
-        return min(on, key=lambda i: sum(abs(x - y) for x, y in zip(self.points[a], self.points[i], strict=True)), default=b)
+        return min(
+            on,
+            key=lambda i: sum(abs(x - y) for x, y in zip(self.points[a], self.points[i], strict=True)),
+            default=b,
+        )
 
     def crosses(self, a: int, b: int, u: int, w: int) -> bool:
         return self.turn(a, b, u) * self.turn(a, b, w) < 0 and self.turn(u, w, a) * self.turn(u, w, b) < 0

@@ -134,7 +134,20 @@ def test_without_segments():
 
 
 def test_cocircular_ties_go_to_the_least_point():
-    circle = [(5, 0), (4, 3), (3, 4), (0, 5), (-3, 4), (-4, 3), (-5, 0), (-4, -3), (-3, -4), (0, -5), (3, -4), (4, -3)]
+    circle = [
+        (5, 0),
+        (4, 3),
+        (3, 4),
+        (0, 5),
+        (-3, 4),
+        (-4, 3),
+        (-5, 0),
+        (-4, -3),
+        (-3, -4),
+        (0, -5),
+        (3, -4),
+        (4, -3),
+    ]
     result = checked(circle, [], carve=False)
     assert all(6 in triangle for triangle in result.triangles)
 
@@ -250,7 +263,10 @@ def test_agrees_with_the_oracle_without_ties():
 
 def test_oracle_turns_triangles_and_finds_normals():
     """Steps 7 and 8 of the article, on a roof of two facets."""
-    points = [tuple(map(oracle.Fraction, p)) for p in [(0, 0, 0), (2, 0, 0), (0, 1, 1), (2, 1, 1), (0, 2, 0), (2, 2, 0)]]
+    points = [
+        tuple(map(oracle.Fraction, p))
+        for p in [(0, 0, 0), (2, 0, 0), (0, 1, 1), (2, 1, 1), (0, 2, 0), (2, 2, 0)]
+    ]
     south = oracle.orient(points, [(0, 1, 3), (0, 2, 3)], (0, -1, 1))
     north = oracle.orient(points, [(2, 3, 5), (4, 2, 5)], (0, 1, 1))
     assert south == [(0, 1, 3), (0, 3, 2)]
@@ -292,7 +308,9 @@ def test_segments_that_meet_in_a_point_do_not_cross():
 @given(graphs(), st.booleans())
 def test_any_graph(graph, carve):
     points, segments = graph
-    pairs = [(i, j) for i in range(len(segments)) for j in range(i) if cross(points, segments[i], segments[j])]
+    pairs = [
+        (i, j) for i in range(len(segments)) for j in range(i) if cross(points, segments[i], segments[j])
+    ]
     if pairs:
         with pytest.raises(TopologyError) as caught:
             triangulate(points, segments, carve=carve)
@@ -381,7 +399,10 @@ def test_carved_as_by_the_midpoint_of_a_median(count, size, seed):
 
 def broken(**changes) -> Triangulation:
     result = triangulate([(0, 0), (4, 0), (9, 9), (0, 4)], ring(0, 4))
-    values = {name: np.copy(value) if isinstance(value, np.ndarray) else value for name, value in vars(result).items()}
+    values = {
+        name: np.copy(value) if isinstance(value, np.ndarray) else value
+        for name, value in vars(result).items()
+    }
     return Triangulation(**{**values, **{name: change(values[name]) for name, change in changes.items()}})
 
 
