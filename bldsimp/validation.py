@@ -58,10 +58,10 @@ def check_triangulation(result: Triangulation) -> None:
         _check_hull(result, edges, loops)
 
 
-def _require(broken: Flags, message: str) -> None:
+def _require(broken: Flags | np.bool_, message: str) -> None:
     """Raise with the first row at which `broken` holds."""
-    if broken.any():
-        rows = np.flatnonzero(broken)
+    rows = np.flatnonzero(broken)
+    if len(rows):
         raise InternalError(f"{message}: {rows[0]}" + (f" and {len(rows) - 1} more" if len(rows) > 1 else ""))
 
 
@@ -74,7 +74,7 @@ def _check_rows(result: Triangulation) -> None:
 
 
 def _check_neighbours(edges: _Halfedges) -> None:
-    _require(np.bincount(np.unique(edges.key, return_inverse=True)[1])[:] > 1, "directed edge used twice")
+    _require(np.bincount(np.unique(edges.key, return_inverse=True)[1]) > 1, "directed edge used twice")
     expected = np.where(edges.twin < 0, -1, edges.twin // 3)
     _require(expected != edges.across, "neighbour across a halfedge is wrong")
 
