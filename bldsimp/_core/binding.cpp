@@ -6,6 +6,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include <optional>
+#include <tuple>
 
 #include "cdt.hpp"
 #include "facets.hpp"
@@ -292,8 +293,8 @@ void check_range(std::span<const Index> indices, std::size_t count) {
 
 // (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
 // statistics); nothing after the points counts where segments cross.
-nb::tuple triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
-                      const std::optional<Doubles>& lift) {
+auto triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
+                 const std::optional<Doubles>& lift) {
   check_finite({points.data(), points.size()});
   check_range({segments.data(), segments.size()}, points.shape(0));
   if (lift && lift->shape(0) != points.shape(0)) throw nb::value_error("one lift per point");
@@ -310,15 +311,15 @@ nb::tuple triangulate(const Points2& points, const Pairs& segments, bool carve, 
     status = triangulator.run(rows<Point2>(points), rows<Triangulator::Segment>(segments),
                               {carve, split_crossings, lift ? lift->data() : nullptr});
   }
-  nb::object crossing = nb::none();
-  if (status == Status::crossing) crossing = nb::make_tuple(triangulator.crossing()[0], triangulator.crossing()[1]);
+  std::optional<std::tuple<Index, Index>> crossing;
+  if (status == Status::crossing) crossing = {triangulator.crossing()[0], triangulator.crossing()[1]};
   const Statistics& counts = triangulator.statistics();
   Triangulator::Result result = triangulator.release();
-  return nb::make_tuple(
+  return std::tuple(
       crossing, give<double>(std::move(result.points)), give<Index>(std::move(result.triangles)),
       give<Index>(std::move(result.neighbours)), give<Index>(std::move(result.point_of_input)),
       give<Index>(std::move(result.pieces)),
-      nb::make_tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips));
+      std::tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips));
 }
 
 void bind_triangulation(nb::module_& m) {
@@ -333,7 +334,7 @@ void bind_triangulation(nb::module_& m) {
           nb::gil_scoped_release release;
           result = triangulate_polygons(rows<Point3>(points), flat(offsets), flat(corners));
         }
-        return nb::make_tuple(give<Index>(std::move(result.faces)), give<Index>(std::move(result.polygon_of_face)));
+        return std::tuple(give<Index>(std::move(result.faces)), give<Index>(std::move(result.polygon_of_face)));
       },
       "points"_a, "offsets"_a, "corners"_a);
   m.def(
