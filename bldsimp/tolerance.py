@@ -113,9 +113,7 @@ def used_points(mesh: Mesh) -> Points:
 def placed(points: Points, transform: Points) -> Points:
     """Points moved by a 4 x 4 transform, summed in a fixed order so that no library's blocking shows."""
     x, y, z = points.T
-    return np.stack(
-        [row[0] * x + row[1] * y + row[2] * z + row[3] for row in transform[:3]], axis=1
-    )
+    return np.stack([row[0] * x + row[1] * y + row[2] * z + row[3] for row in transform[:3]], axis=1)
 
 
 def _stretch(linear: Points) -> float:

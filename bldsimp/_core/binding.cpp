@@ -10,6 +10,7 @@
 
 #include "cdt.hpp"
 #include "facets.hpp"
+#include "farthest.hpp"
 #include "halfedges.hpp"
 #include "orient.hpp"
 #include "outlines.hpp"
@@ -253,6 +254,14 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
+  m.def(
+      "farthest",
+      [](Points3 queries, Points3 points, Faces3 faces, double limit) {
+        nb::gil_scoped_release release;
+        return farthest(rows<Vec3>(queries), rows<Vec3>(points), rows<Face>(faces), limit);
+      },
+      "queries"_a, "points"_a, "faces"_a, "limit"_a);
+
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, Faces3 face_rows, Indices facet_of_face,
