@@ -52,7 +52,7 @@ print(*(each.replace(" ", "") for each in needed()))')
     # shellcheck disable=SC2086  # one word for each requirement
     [ -z "$tools" ] || "$python" -m pip install -qq $tools
     PATH="$PWD/.venv/bin:$PATH" "$python" -m pip install -qq --no-build-isolation -e ".${extras:+[$extras]}" ||
-        fail "the build failed; its last lines are above"
+        fail "the build failed, see above; \"rm -rf build .venv\" starts afresh"
 }
 
 new_enough "$python" || make_venv

@@ -5,6 +5,7 @@ from .options import Options, Tolerance
 from .report import Report
 from .scene import Light, Mesh, Part, Scene
 from .simplified import Facet, Simplified, simplify, simplify_scene
+from .triangulation import Triangulation, triangulate
 
 __version__ = "0.1.0"
 
@@ -23,7 +24,9 @@ __all__ = [
     "Simplified",
     "Tolerance",
     "TopologyError",
+    "Triangulation",
     "UsageError",
     "simplify",
     "simplify_scene",
+    "triangulate",
 ]

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .options import Tolerance
-from .report import Counts
+from .options import Options, Tolerance
+from .pipeline import simplify_mesh
 from .rows import distinct_rows
 from .scene import Faces, Mesh, Scene
-from .tolerance import diagonal, resolve_tolerance, spacing
+from .tolerance import diagonal, resolve_tolerance, scale, spacing
 
 SCHEMA = "bldsimp.inspection/1"
 
@@ -55,7 +55,7 @@ class MeshInspection:
     points: int
     vertices: int
     triangles: int
-    facets: int | None
+    facets: int
     open_edges: int
     nonmanifold_edges: int
     degenerate_faces: int
@@ -85,11 +85,9 @@ class Inspection:
 
     def total(self) -> dict[str, Any]:
         """Sums over the meshes, each counted once."""
-        keys = ("parts", "points", "vertices", "triangles", "open_edges", "nonmanifold_edges")
+        keys = ("parts", "points", "vertices", "triangles", "facets", "open_edges", "nonmanifold_edges")
         keys += ("degenerate_faces", "duplicate_faces")
         total: dict[str, Any] = {key: sum(getattr(mesh, key) for mesh in self.meshes) for key in keys}
-        facets = [mesh.facets for mesh in self.meshes]
-        total["facets"] = None if None in facets else sum(count or 0 for count in facets)
         total["watertight"] = all(mesh.watertight for mesh in self.meshes)
         return total
 
@@ -149,27 +147,6 @@ def surface_of(points: NDArray[np.float64], faces: Faces) -> Surface:
     )
 
 
-def counts_of(scene: Scene, faces: list[Faces] | None = None) -> Counts:
-    """A scene's counts, of its own faces or of others on the same rows; vertices are rows in use.
-
-    Parameters
-    ----------
-    scene : Scene
-    faces : list of (m, 3) arrays, optional
-        One per mesh.
-    """
-    total = Counts(watertight=True)
-    for mesh, own in zip(scene.meshes, faces or [mesh.faces for mesh in scene.meshes], strict=True):
-        surface = surface_of(mesh.points, own)
-        total.points += surface.points
-        total.vertices += len(np.unique(own))
-        total.triangles += surface.triangles
-        total.open_edges += surface.open_edges
-        total.nonmanifold_edges += surface.nonmanifold_edges
-        total.watertight &= surface.watertight
-    return total
-
-
 def _first_copies(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     """Faces that are no copies, turned or not, of an earlier one with the same winding."""
     turn = np.argmin(faces, axis=1)[:, None] if len(faces) else np.zeros((0, 1), int)
@@ -216,9 +193,10 @@ def number_words(mesh: Mesh) -> str:
     return "double"
 
 
-def _facets(mesh: Mesh, tolerance: float) -> int | None:
-    """Number of facets at a tolerance, once the facet stage exists."""
-    return None
+def _facets(mesh: Mesh, tolerance: float) -> int:
+    """Number of facets at a tolerance in world space."""
+    local = tolerance / (scale(mesh) or 1.0)
+    return len(simplify_mesh(mesh, local, Options(drop_attributes=True)).planes)
 
 
 def inspection_text(inspection: Inspection) -> str:
@@ -240,8 +218,6 @@ def _shown(value: Any) -> str:
     """A value for people."""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if value is None:
-        return "not counted"
     if isinstance(value, list):
         return ", ".join(value) or "none"
     return f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if isinstance(value, float) else str(value)

@@ -1,13 +1,14 @@
 """The ladder: every facet is simplified as far as its outline allows, and steps down where it does not.
 
-Thin the chains, triangulate the facets, put them together, and look where they do not fit; put dropped
-points back there, then whole outlines, then the facet's own faces; and again, until all fits.
+Thin the chains, triangulate the facets, put them together, and look where they do not fit. There put
+dropped points back; where none were dropped, keep the faces around the trouble, then the whole outline,
+then all faces of the facet; and again, until all fits.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -15,6 +16,9 @@ from numpy.typing import NDArray
 
 from . import _core
 from .scene import Faces, Points
+
+MOST_SPLITS = 8
+"""How often faces around a trouble are cut off a facet before all of its faces stay."""
 
 Indices = NDArray[np.int32]
 Flags = NDArray[np.uint8]
@@ -25,9 +29,10 @@ class Rung(IntEnum):
 
     SIMPLIFIED = 0
     POINTS_PUT_BACK = 1
-    OUTLINE_PUT_BACK = 2
-    FACES_KEPT = 3
-    PASSED_ON = 4
+    SOME_FACES_KEPT = 2
+    OUTLINE_PUT_BACK = 3
+    FACES_KEPT = 4
+    PASSED_ON = 5
 
 
 class Cause(IntEnum):
@@ -67,12 +72,12 @@ class Assembled:
     rung: Flags
     unchanged: Flags
     deviation: NDArray[np.float64]
-    healed: int = 0
-    causes: Counter[Cause] = field(default_factory=Counter)
+    healed: int
+    causes: Counter[Cause]
 
 
 def climb(
-    points: Points, faces: Faces, facets: _core.Facets, outlines: _core.Outlines, tolerance: float, pinned: Flags
+    points: Points, faces: Faces, halfedges: _core.Halfedges, facets: _core.Facets, tolerance: float, pinned: Flags
 ) -> Assembled:
     """Simplify all facets of a mesh as far as they fit together again.
 
@@ -80,166 +85,225 @@ def climb(
     ----------
     points, faces
         Welded and oriented.
-    facets, outlines
+    halfedges, facets
         As found on these faces.
     tolerance : float
         Model units.
     pinned : (f,) uint8
         Facets whose faces must stay.
     """
-    ladder = _Ladder(points, faces, facets, outlines, tolerance, pinned)
+    ladder = _Ladder(points, faces, halfedges, facets, tolerance, pinned)
     while not ladder.settled():
         pass
     return ladder.assembled()
 
 
 class _Ladder:
+    """The state of a climb. A facet of the input is split into parts when some of its faces are kept."""
+
     def __init__(
         self,
         points: Points,
         faces: Faces,
+        halfedges: _core.Halfedges,
         facets: _core.Facets,
-        outlines: _core.Outlines,
         tolerance: float,
         pinned: Flags,
     ) -> None:
-        self.points, self.faces, self.facets, self.outlines = points, faces, facets, outlines
-        self.use_facet = outlines.use_facet
+        self.points, self.faces, self.halfedges, self.facets = points, faces, halfedges, facets
+        self.tolerance = tolerance
         count = len(facets.planes)
-        self._index_chains(count)
-        self.face_order = np.argsort(facets.facet_of_face, kind="stable").astype(np.int32)
-        self.face_start = _starts(np.bincount(facets.facet_of_face, minlength=count))
-        self.widths = facets.planes[:, 4] - facets.planes[:, 3] if tolerance > 0 else np.zeros(count)
-        self.limit = np.sqrt(np.maximum(tolerance**2 - self._greatest_of_chain(self.widths) ** 2, 0.0))
         self.rung = np.where(pinned != 0, np.uint8(Rung.PASSED_ON), np.uint8(0))
         self.cause = np.zeros(count, np.uint8)
-        self.must = outlines.is_corner.copy()
-        self._keep_all_points(pinned != 0)
+        self.splits = np.zeros(count, np.uint8)
+        self.facet_of_part = np.arange(count, dtype=np.int32)
+        self.keep = pinned.copy()  # parts whose faces stay
+        self.put_back = np.zeros(len(points), np.uint8)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Trace the outlines of the parts as they are now."""
+        count = len(self.facets.planes)
+        part_of_face = self.facets.facet_of_face
+        self.outlines = _core.trace_outlines(self.faces, len(self.points), self.halfedges, self.facets, self.keep)
+        self._index_chains(count)
+        self.face_order = np.argsort(part_of_face, kind="stable").astype(np.int32)
+        self.face_start = _starts(np.bincount(part_of_face, minlength=count))
+        planes = self.facets.planes
+        self.widths = planes[:, 4] - planes[:, 3] if self.tolerance > 0 else np.zeros(count)
+        self.limit = np.sqrt(np.maximum(self.tolerance**2 - self._greatest_of_chain(self.widths) ** 2, 0.0))
+        self.must = self.outlines.is_corner | self.put_back
+        self._keep_points_of(self.keep != 0)
         self.dirty = np.ones(count, bool)
         self.unchanged = np.zeros(count, np.uint8)
         self.triangles = np.empty((0, 3), np.int32)
-        self.facet_of_triangle = np.empty(0, np.int32)
-        self.kept = np.zeros(len(points), np.uint8)
+        self.part_of_triangle = np.empty(0, np.int32)
+        self.kept = np.zeros(len(self.points), np.uint8)
+        self.cut: list[NDArray[np.int64]] = []
 
-    def _index_chains(self, facet_count: int) -> None:
-        start, use_start, facet = self.outlines.chain_start, self.outlines.use_start, self.use_facet
+    def _index_chains(self, part_count: int) -> None:
+        start, use_start = self.outlines.chain_start, self.outlines.use_start
         chains = np.arange(len(use_start) - 1, dtype=np.int32)
+        self.use_part = self.outlines.use_facet
         self._chain_of_position = np.repeat(chains, np.diff(start))
         self._chain_of_use = np.repeat(chains, np.diff(use_start))
-        self._chain_of_sorted_use = self._chain_of_use[np.argsort(facet, kind="stable")]
-        self._use_start = _starts(np.bincount(facet, minlength=facet_count))
+        self._chain_of_sorted_use = self._chain_of_use[np.argsort(self.use_part, kind="stable")]
+        self._use_start = _starts(np.bincount(self.use_part, minlength=part_count))
 
     def settled(self) -> bool:
         """One round; true when everything fits."""
         self._thin()
         self.edges = _core.merge_pieces(self.pieces, self.outlines)
         if len(self.edges.clashing):
-            self.must[self.edges.clashing] = 1
-            self._note(self._facets_of_points(self.edges.clashing), Rung.POINTS_PUT_BACK, Cause.CLASH)
+            self._put_back(self.edges.clashing)
+            self._note(self._parts_of_points(self.edges.clashing), Rung.POINTS_PUT_BACK, Cause.CLASH)
             return False
-        if self._retriangulate():
-            return False
-        misfits = _core.find_misfits(
-            self.triangles, self.facet_of_triangle, self.edges, self.unchanged, self.outlines
-        )
-        for facet in misfits:
-            self._step_down(int(facet), Cause.MISFIT, np.empty(0, np.int32))
-        return len(misfits) == 0
+        fits = self._retriangulate() and self._fits_together()
+        if self.cut:
+            self._split()
+        return fits
 
     def assembled(self) -> Assembled:
-        changed = self.unchanged == 0
-        drift = self._greatest_of_facet(self.pieces.deviation, self.pieces.chain)
-        deviation = np.where(changed, np.hypot(self.widths, drift), 0.0)
-        causes = Counter(Cause(int(c)) for c in self.cause[(self.rung > 0) & (self.rung < Rung.PASSED_ON)])
+        """The facets of the input again, each with all its parts."""
+        count = len(self.rung)
+        drift = self._greatest_of_part(self.pieces.deviation, self.pieces.chain)
+        deviation, unchanged = np.zeros(count), np.ones(count, np.uint8)
+        bound = np.where(self.unchanged != 0, 0.0, np.hypot(self.widths, drift))
+        np.maximum.at(deviation, self.facet_of_part, bound)
+        np.minimum.at(unchanged, self.facet_of_part, self.unchanged)
+        below = (self.rung > Rung.SIMPLIFIED) & (self.rung < Rung.PASSED_ON)
         return Assembled(
-            self.triangles, self.facet_of_triangle, self.kept, self.rung, self.unchanged, deviation,
-            self.edges.healed, causes,
-        )  # fmt: skip
+            triangles=self.triangles,
+            facet_of_triangle=self.facet_of_part[self.part_of_triangle],
+            kept=self.kept,
+            rung=self.rung,
+            unchanged=unchanged,
+            deviation=deviation,
+            healed=self.edges.healed,
+            causes=Counter(Cause(int(c)) for c in self.cause[below]),
+        )
 
     def _thin(self) -> None:
-        """Thin all chains; facets beside a point whose fate changed must be triangulated anew."""
+        """Thin all chains; parts beside a point whose fate changed must be triangulated anew."""
         kept = _core.thin_chains(self.points, self.outlines, self.limit, self.must)
-        self.dirty[self._facets_of_points(np.flatnonzero(kept != self.kept))] = True
+        self.dirty[self._parts_of_points(np.flatnonzero(kept != self.kept))] = True
         self.kept = kept
         self.pieces = _core.lay_pieces(self.points, self.outlines, kept)
 
     def _retriangulate(self) -> bool:
-        """Triangulate what changed; true when a facet had to step down."""
+        """Triangulate what changed; false when a part had to step down."""
         wanted = np.flatnonzero(self.dirty).astype(np.int32)
-        keep = (self.rung >= Rung.FACES_KEPT).astype(np.uint8)
         patches = _core.retriangulate(
             self.points, self.faces, self.face_start, self.face_order, self.facets, self.outlines,
-            self.pieces, self.kept, wanted, keep,
+            self.pieces, self.kept, wanted, self.keep,
         )  # fmt: skip
         outcomes = patches.outcomes
         self.unchanged[wanted] = outcomes == Cause.UNCHANGED
-        old = ~self.dirty[self.facet_of_triangle]
+        old = ~self.dirty[self.part_of_triangle]
         self.triangles = np.concatenate([self.triangles[old], patches.triangles])
-        self.facet_of_triangle = np.concatenate([self.facet_of_triangle[old], patches.facet_of_triangle])
+        self.part_of_triangle = np.concatenate([self.part_of_triangle[old], patches.facet_of_triangle])
         self.dirty[:] = False
         failed = np.flatnonzero(outcomes >= Cause.CROSSING)
-        culprits = patches.put_back
         for i in failed:
-            facet = int(wanted[i])
-            low, high = np.searchsorted(culprits[:, 0], [facet, facet + 1])
-            self._step_down(facet, Cause(int(outcomes[i])), culprits[low:high, 1])
-        return len(failed) > 0
+            part = wanted[i]
+            self._step_down(part, Cause(int(outcomes[i])), _of(part, patches.put_back)[:, 0], _of(part, patches.trouble))
+        return len(failed) == 0
 
-    def _step_down(self, facet: int, cause: Cause, culprits: Indices) -> None:
-        """Put back dropped points that may be the cause; where there are none, go one rung down."""
+    def _fits_together(self) -> bool:
+        """Whether every edge is used as it must be; parts that do not fit step down."""
+        misfits = _core.find_misfits(
+            self.triangles, self.part_of_triangle, self.edges, self.unchanged, self.outlines
+        )
+        for part in np.unique(misfits[:, 0]):
+            ends = np.unique(_of(part, misfits))
+            self._step_down(part, Cause.MISFIT, ends[:0], np.stack([ends, ends], axis=1))
+        return len(misfits) == 0
+
+    def _step_down(self, part: np.int32, cause: Cause, culprits: Indices, trouble: Indices) -> None:
+        """Keep more of a part: the least that may help and was not tried yet."""
         culprits = culprits[self.kept[culprits] == 0]
-        chains = self._chains_of_facet(facet)
+        chains = self._chain_points_of(part)
         dropped = chains[self.kept[chains] == 0]
-        self.dirty[facet] = True
+        self.dirty[part] = True
         if len(culprits):
-            self.must[culprits] = 1
-            self._note(np.array([facet]), Rung.POINTS_PUT_BACK, cause)
+            rung = Rung.POINTS_PUT_BACK
+            self._put_back(culprits)
+        elif len(trouble) and self.splits[self.facet_of_part[part]] < MOST_SPLITS:
+            rung = Rung.SOME_FACES_KEPT
+            self.splits[self.facet_of_part[part]] += 1
+            own = self.face_order[self.face_start[part] : self.face_start[part + 1]]
+            self.cut.append(own[_touch(self.faces[own], trouble)])
         elif len(dropped):
-            self.must[dropped] = 1
-            self._note(np.array([facet]), Rung.OUTLINE_PUT_BACK, cause)
+            rung = Rung.OUTLINE_PUT_BACK
+            self._put_back(dropped)
         else:
-            self._note(np.array([facet]), Rung.FACES_KEPT, cause)
-            chosen = np.zeros(len(self.rung), bool)
-            chosen[facet] = True
-            self._keep_all_points(chosen)
+            rung = Rung.FACES_KEPT
+            self.keep[part] = 1
+            self._keep_points_of(np.arange(len(self.keep)) == part)
+        self._note(np.array([part]), rung, cause)
 
-    def _note(self, facets: Indices | NDArray[np.int64], rung: Rung, cause: Cause) -> None:
+    def _split(self) -> None:
+        """Make each face that was cut off a part of its own, which stays, and start again."""
+        cut = np.unique(np.concatenate(self.cut)).astype(np.int32)
+        owners = self.facet_of_part[self.facets.facet_of_face[cut]]
+        self.facets = _core.split_off(self.facets, cut)
+        self.facet_of_part = np.concatenate([self.facet_of_part, owners])
+        self.keep = np.concatenate([self.keep, np.ones(len(cut), np.uint8)])
+        self._begin()
+
+    def _put_back(self, points: Indices) -> None:
+        self.must[points] = self.put_back[points] = 1
+
+    def _note(self, parts: NDArray[np.int32] | NDArray[np.int64], rung: Rung, cause: Cause) -> None:
+        facets = np.unique(self.facet_of_part[parts])
         lower = facets[self.rung[facets] < rung]
         self.rung[lower] = rung
         self.cause[lower] = cause
 
-    def _keep_all_points(self, chosen: NDArray[np.bool_]) -> None:
-        self.must[self.faces[chosen[self.facets.facet_of_face]]] = 1
+    def _keep_points_of(self, parts: NDArray[np.bool_]) -> None:
+        self.must[self.faces[parts[self.facets.facet_of_face]]] = 1
 
-    def _facets_of_points(self, points: Indices | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Facets beside the chains that pass these points."""
+    def _parts_of_points(self, points: Indices | NDArray[np.int64]) -> NDArray[np.int64]:
+        """Parts beside the chains that pass these points."""
         marked = np.zeros(len(self.points), bool)
         marked[points] = True
         chain = np.zeros(len(self.outlines.use_start) - 1, bool)
         chain[self._chain_of_position[marked[self.outlines.chain_points]]] = True
-        return np.unique(self.use_facet[chain[self._chain_of_use]])
+        return np.unique(self.use_part[chain[self._chain_of_use]])
 
-    def _chains_of_facet(self, facet: int) -> Indices:
-        """Points of all chains of a facet."""
-        low, high = self._use_start[facet], self._use_start[facet + 1]
+    def _chain_points_of(self, part: np.int32) -> Indices:
+        """Points of all chains of a part."""
+        low, high = self._use_start[part], self._use_start[part + 1]
         start = self.outlines.chain_start
         runs = [self.outlines.chain_points[start[c] : start[c + 1]] for c in self._chain_of_sorted_use[low:high]]
         return np.unique(np.concatenate(runs)) if runs else np.empty(0, np.int32)
 
-    def _greatest_of_chain(self, of_facet: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Greatest value among the facets of each chain."""
-        if len(self.use_facet) == 0:
+    def _greatest_of_chain(self, of_part: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Greatest value among the parts of each chain."""
+        if len(self.use_part) == 0:
             return np.zeros(len(self.outlines.use_start) - 1)
-        return np.maximum.reduceat(of_facet[self.use_facet], self.outlines.use_start[:-1])
+        return np.maximum.reduceat(of_part[self.use_part], self.outlines.use_start[:-1])
 
-    def _greatest_of_facet(self, values: NDArray[np.float64], chain: Indices) -> NDArray[np.float64]:
-        """Greatest value among the chains of each facet, given values that each belong to a chain."""
+    def _greatest_of_part(self, values: NDArray[np.float64], chain: Indices) -> NDArray[np.float64]:
+        """Greatest value among the chains of each part, given values that each belong to a chain."""
         of_chain = np.zeros(len(self.outlines.use_start) - 1)
         np.maximum.at(of_chain, chain, values)
-        of_facet = np.zeros(len(self.rung))
-        np.maximum.at(of_facet, self.use_facet, of_chain[self._chain_of_use])
-        return of_facet
+        of_part = np.zeros(len(self.facets.planes))
+        np.maximum.at(of_part, self.use_part, of_chain[self._chain_of_use])
+        return of_part
 
 
 def _starts(counts: NDArray[np.int64]) -> Indices:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+
+
+def _of(part: np.int32, rows: Indices) -> Indices:
+    """What follows the part in the rows that belong to it; `rows` are sorted."""
+    low, high = np.searchsorted(rows[:, 0], [part, part + 1])
+    return rows[low:high, 1:]
+
+
+def _touch(faces: Faces, edges: Indices) -> NDArray[np.bool_]:
+    """Faces that have both ends of an edge; of an edge with equal ends, that point."""
+    both = [np.isin(faces, edge).sum(axis=1) == (2 if edge[0] != edge[1] else 1) for edge in edges]
+    return np.any(both, axis=0)

@@ -13,7 +13,7 @@ AUTO_SPACINGS = 16.0
 AUTO_DIAGONAL = 1e-6
 """`auto` tolerance never exceeds this share of the diagonal of the box of all used points."""
 
-WIDTH_SHARE = 0.8
+WIDTH_SHARE = 0.95
 """Share of the tolerance that the width of a facet may use; its chains get what it leaves (squares add up)."""
 
 NEEDLE_DIAGONAL = 1e-6

@@ -101,8 +101,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = Options()) ->
     facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle)
     frozen = np.zeros(len(facets.planes), np.uint8)
     frozen[facets.facet_of_face[pinned]] = 1
-    outlines = _core.trace_outlines(faces, len(points), halfedges, facets, frozen)
-    assembled = climb(points, faces, facets, outlines, within, frozen)
+    assembled = climb(points, faces, halfedges, facets, within, frozen)
     before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
     light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, part, passed_on)
     moved = float(assembled.deviation.max(initial=0.0)) + welded.moved

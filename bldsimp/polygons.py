@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _core
 from .scene import Faces, Points
 
 Index = NDArray[np.int32]
@@ -31,10 +32,11 @@ def triangulate_polygons(points: Points, offsets: Index, corners: Index) -> tupl
     if np.all(sizes == 3):
         return corners.reshape(-1, 3), np.arange(len(sizes), dtype=np.int32)
     larger = np.flatnonzero(sizes > 3)
-    cut, polygon = _cut(points, *select_polygons(offsets, corners, larger))
+    starts, ring = select_polygons(offsets, corners, larger)
+    cut, polygon = _core.triangulate_polygons(points, starts.astype(np.int64), ring)
     triangles = np.flatnonzero(sizes == 3)
-    starts = offsets[triangles]
-    faces = np.concatenate([corners[starts[:, None] + np.arange(3)], cut])
+    first = offsets[triangles]
+    faces = np.concatenate([corners[first[:, None] + np.arange(3)], cut])
     owner = np.concatenate([triangles, larger[polygon]]).astype(np.int32)
     order = np.argsort(owner, kind="stable")
     return np.ascontiguousarray(faces[order], np.int32), owner[order]
@@ -46,12 +48,3 @@ def select_polygons(offsets: Index, corners: Index, chosen: NDArray[np.int64]) -
     ends = np.concatenate([[0], np.cumsum(sizes)])
     place = np.arange(ends[-1]) - np.repeat(ends[:-1], sizes) + np.repeat(offsets[chosen], sizes)
     return ends.astype(np.int32), corners[place]
-
-
-def _cut(points: Points, offsets: Index, corners: Index) -> tuple[Faces, Index]:
-    faces, owner = [], []
-    for polygon, (start, end) in enumerate(zip(offsets[:-1], offsets[1:], strict=True)):
-        for i in range(start + 1, end - 1):
-            faces.append((corners[start], corners[i], corners[i + 1]))
-            owner.append(polygon)
-    return np.array(faces, np.int32).reshape(-1, 3), np.array(owner, np.int32)

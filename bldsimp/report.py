@@ -15,6 +15,14 @@ LITTLE_DROPPED = 0.2
 SEE_THROUGH_SPACINGS = 4.0
 """A plane through rounded points and the chains on it stray by fewer than this many spacings."""
 
+REASONS = {
+    "crossing": "rings would cross",
+    "mismatch": "areas would differ",
+    "clash": "edges would be laid on one another",
+    "misfit": "edges would not match their neighbours",
+}
+"""Why a facet steps down, in words."""
+
 
 @dataclass
 class Counts:
@@ -64,7 +72,8 @@ class Report:
     diagonal : float
         Of the box of all points that a face uses.
     epsilon : float
-        Spacing of the numbers that the input is stored in.
+        Spacing of the numbers that the input went through (single precision, even where its numbers
+        are written as decimals now).
     rounding : float
         Greatest distance by which writing moved a point.
     before, after : Counts
@@ -77,6 +86,8 @@ class Report:
         T-junctions that closed.
     turned : int
         Faces whose winding was turned.
+    degenerate, duplicate : int
+        Faces left out, since they repeat a point; since they copy another face.
     passed_on : list of PassedOn
     baseline : int or None
         Points that fast-simplification needs for the same deviation; None where not asked, or
@@ -97,6 +108,8 @@ class Report:
     reasons: dict[str, int] = field(default_factory=dict)
     healed: int = 0
     turned: int = 0
+    degenerate: int = 0
+    duplicate: int = 0
     passed_on: list[PassedOn] = field(default_factory=list)
     baseline: int | None = None
     seconds: float = 0.0
@@ -161,13 +174,15 @@ def _surface(report: Report) -> str:
 
 def _facets(report: Report) -> str:
     """How many facets stand on which rung, and why."""
-    rungs = ", ".join(f"{count:,} {name}" for name, count in report.rungs.items() if count)
+    rungs = ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in report.rungs.items() if count)
     text = f"facets     {report.facets:,}" + (f": {rungs}" if rungs else "")
-    reasons = ", ".join(f"{name} ({count:,})" for name, count in report.reasons.items() if count)
+    reasons = ", ".join(f"{REASONS.get(name, name)} ({count:,})" for name, count in report.reasons.items() if count)
     if reasons:
         text += f"; kept because: {reasons}"
     extra = [f"{report.healed:,} T-junctions healed"] if report.healed else []
     extra += [f"{report.turned:,} faces turned"] if report.turned else []
+    extra += [f"{report.degenerate:,} faces that repeat a point left out"] if report.degenerate else []
+    extra += [f"{report.duplicate:,} copies of faces left out"] if report.duplicate else []
     return "; ".join([text, *extra])
 
 

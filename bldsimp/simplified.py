@@ -19,7 +19,7 @@ from .pipeline import Outcome, simplify_mesh
 from .report import PassedOn, Report
 from .rings import rings_of
 from .scene import Faces, Light, Mesh, Part, Points, Scene
-from .tolerance import diagonal, epsilon, resolve_tolerance, scale
+from .tolerance import blur, diagonal, resolve_tolerance, scale
 
 
 @dataclass
@@ -149,7 +149,7 @@ def _simplify_all(scene: Scene, options: Options) -> tuple[list[Outcome], Report
     report = Report(
         tolerance=resolve_tolerance(scene, options.tolerance),
         diagonal=diagonal(scene),
-        epsilon=epsilon(scene),
+        epsilon=blur(scene),
         warnings=list(scene.warnings),
     )
     report.before.bytes = scene.size
@@ -185,6 +185,8 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
     report.reasons = dict(Counter(report.reasons) + Counter(outcome.reasons))
     report.healed += outcome.healed
     report.turned += outcome.turned
+    report.degenerate += outcome.degenerate
+    report.duplicate += outcome.duplicate
 
 
 def _used_rows(mesh: Mesh, faces: Faces) -> int:

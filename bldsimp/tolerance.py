@@ -10,6 +10,9 @@ from .errors import InputError
 from .options import AUTO_DIAGONAL, AUTO_SPACINGS, Tolerance
 from .scene import Mesh, Points, Scene
 
+READ_BACK = 1e-15
+"""Relative error of a number written with sixteen digits."""
+
 
 def resolve_tolerance(scene: Scene, tolerance: Tolerance) -> float:
     """Tolerance in model units, in world space.
@@ -37,6 +40,11 @@ def epsilon(scene: Scene) -> float:
     return max((spacing(mesh) * scale(mesh) for mesh in scene.meshes), default=0.0)
 
 
+def blur(scene: Scene) -> float:
+    """Like `epsilon`, but of the numbers that the scene went through: see `rounding_spacing`."""
+    return max((rounding_spacing(mesh) * scale(mesh) for mesh in scene.meshes), default=0.0)
+
+
 def spacing(mesh: Mesh) -> float:
     """Distance between neighbouring stored numbers at a mesh's largest coordinate, in its own frame.
 
@@ -49,6 +57,22 @@ def spacing(mesh: Mesh) -> float:
     largest = float(np.abs(used).max())
     binary = float(np.spacing(np.float32(largest))) if mesh.single else float(np.spacing(largest))
     return max(binary, 2.0 * mesh.rounding)
+
+
+def rounding_spacing(mesh: Mesh) -> float:
+    """Spacing that the numbers of a mesh went through, however they are written now; its own frame.
+
+    Decimals that could be single-precision numbers, and show more digits than those have, were single
+    once: the spacing of single precision is then what blurs the mesh, coarser than `spacing` tells.
+    """
+    used = used_points(mesh)
+    if mesh.single or not len(used):
+        return spacing(mesh)
+    digits = np.maximum(mesh.rounding, READ_BACK * np.abs(used))
+    largest = np.float32(np.abs(used).max())
+    single = float(np.spacing(largest))
+    were_single = np.all(np.abs(used.astype(np.float32) - used) <= digits * (1.0 + 1e-6))
+    return single if were_single and 20.0 * mesh.rounding <= single else spacing(mesh)
 
 
 def scale(mesh: Mesh) -> float:

@@ -4,4 +4,4 @@ set -eu
 cd "$(dirname "$0")/.."
 sh setup.sh
 mkdir -p build
-.venv/bin/bldsimp simplify data/building_a.obj build/building_a_light.glb --overwrite
+.venv/bin/bldsimp simplify data/building_a.glb build/building_a_light.glb --overwrite

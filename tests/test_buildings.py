@@ -18,6 +18,9 @@ from buildings.house import house  # noqa: E402
 from buildings.tessellate import tessellate  # noqa: E402
 from buildings.tower import tower  # noqa: E402
 
+from bldsimp import Options, simplify_scene  # noqa: E402
+from bldsimp.io import read  # noqa: E402
+
 BUILDINGS = {"building_a": house, "building_b": tower}
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -91,6 +94,18 @@ def test_both_forms_are_one_model(data: Path, name: str) -> None:
     text, binary = load(data / f"{name}.obj"), load(data / f"{name}.glb")
     np.testing.assert_array_equal(text.faces, binary.faces)
     np.testing.assert_allclose(text.vertices, binary.vertices, atol=2e-6, rtol=0)
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+@pytest.mark.parametrize("suffix", ["obj", "glb"])
+def test_simplify_finds_the_fewest_points_of_the_construction(data: Path, name: str, suffix: str) -> None:
+    model = BUILDINGS[name]()
+    _, report = simplify_scene(read(data / f"{name}.{suffix}", suffix), Options())
+    assert report.after.points == model.corners()
+    assert report.after.triangles == model.fewest_triangles()
+    assert report.facets == len(model.facets)
+    assert report.after.watertight
+    assert 0 < report.deviation <= report.tolerance
 
 
 def test_files_stay_small(data: Path) -> None:

@@ -1,13 +1,19 @@
 // The only file that knows Python: casts arrays at the boundary and calls the kernels.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
+#include <optional>
+
+#include "cdt.hpp"
 #include "facets.hpp"
 #include "halfedges.hpp"
 #include "orient.hpp"
 #include "outlines.hpp"
+#include "polygons.hpp"
+#include "predicates.hpp"
 #include "retriangulate.hpp"
 #include "rows.hpp"
 #include "thin.hpp"
@@ -24,6 +30,7 @@ using In = nb::ndarray<const T, Shape, nb::c_contig, nb::device::cpu>;
 using Points3 = In<double, nb::shape<-1, 3>>;
 using Faces3 = In<Index, nb::shape<-1, 3>>;
 using Pairs = In<Index, nb::shape<-1, 2>>;
+using Points2 = In<double, nb::shape<-1, 2>>;
 using Indices = In<Index, nb::shape<-1>>;
 using Doubles = In<double, nb::shape<-1>>;
 using Bytes = In<std::uint8_t, nb::shape<-1>>;
@@ -134,6 +141,8 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
 
+  m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
+
   nb::class_<Outlines> outlines(m, "Outlines");
   def_view<Index>(outlines, "chain_start", &Outlines::chain_start);
   def_view<Index>(outlines, "chain_points", &Outlines::chain_points);
@@ -213,6 +222,7 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(patches, "facet_of_triangle", &Patches::facet_of_triangle);
   def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
   def_view<Index>(patches, "put_back", &Patches::put_back);
+  def_view<Index>(patches, "trouble", &Patches::trouble);
   m.def(
       "retriangulate",
       [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
@@ -227,12 +237,12 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "find_misfits",
       [](Faces3 triangles, Indices facet_of_triangle, const PieceEdges& expected, Bytes keep, const Outlines& o) {
-        std::vector<Index> blamed;
+        std::vector<Misfit> misfits;
         {
           nb::gil_scoped_release release;
-          blamed = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.back);
+          misfits = find_misfits(rows<Face>(triangles), flat(facet_of_triangle), expected, flat(keep), o.back);
         }
-        return give<Index>(std::move(blamed));
+        return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
   m.def(
@@ -250,10 +260,97 @@ void bind_mesh(nb::module_& m) {
       "triangles"_a, "facet_of_triangle"_a, "faces"_a, "face_rows"_a, "facet_of_face"_a, "kept"_a);
 }
 
+// Signs of a predicate over rows of equal length.
+template <class Struct, class Predicate, class Array, class... Arrays>
+auto signs(const Predicate& predicate, const Array& first, const Arrays&... rest) {
+  const std::size_t count = first.shape(0);
+  if (((rest.shape(0) != count) || ...)) throw nb::value_error("arrays of different lengths");
+  std::vector<std::int8_t> result(count);
+  for (std::size_t i = 0; i < count; ++i)
+    result[i] = static_cast<std::int8_t>(predicate(rows<Struct>(first)[i], rows<Struct>(rest)[i]...));
+  return give<std::int8_t>(std::move(result));
+}
+
+// Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.
+void check_finite(std::span<const double> numbers) {
+  double sum = 0.0;  // not a number as soon as any x * 0 is not 0
+  for (const double number : numbers) sum += number * 0.0;
+  if (sum != 0.0) throw nb::value_error("not finite");
+}
+void check_range(std::span<const Index> indices, std::size_t count) {
+  bool within = true;
+  for (const Index index : indices) within &= static_cast<std::size_t>(index) < count;
+  if (!within) throw nb::index_error("index out of range");
+}
+
+// (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
+// statistics); nothing after the points counts where segments cross.
+nb::tuple triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
+                      const std::optional<Doubles>& lift) {
+  check_finite({points.data(), points.size()});
+  check_range({segments.data(), segments.size()}, points.shape(0));
+  if (lift && lift->shape(0) != points.shape(0)) throw nb::value_error("one lift per point");
+  if (lift) check_finite(flat(*lift));
+  // Small inputs share one workspace per thread; a large one gives its memory back.
+  constexpr std::size_t small = 10000;
+  static thread_local Triangulator shared;
+  std::optional<Triangulator> own;
+  if (points.shape(0) > small) own.emplace();
+  Triangulator& triangulator = own ? *own : shared;
+  Status status;
+  {
+    nb::gil_scoped_release release;
+    status = triangulator.run(rows<Point2>(points), rows<Triangulator::Segment>(segments),
+                              {carve, split_crossings, lift ? lift->data() : nullptr});
+  }
+  nb::object crossing = nb::none();
+  if (status == Status::crossing) crossing = nb::make_tuple(triangulator.crossing()[0], triangulator.crossing()[1]);
+  const Statistics& counts = triangulator.statistics();
+  Triangulator::Result result = triangulator.release();
+  return nb::make_tuple(
+      crossing, give<double>(std::move(result.points)), give<Index>(std::move(result.triangles)),
+      give<Index>(std::move(result.neighbours)), give<Index>(std::move(result.point_of_input)),
+      give<Index>(std::move(result.pieces)),
+      nb::make_tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips));
+}
+
+void bind_triangulation(nb::module_& m) {
+  m.def("triangulate", &triangulate, "points"_a, "segments"_a, "carve"_a, "split_crossings"_a,
+        "lift"_a = nb::none());
+  m.def(
+      "triangulate_polygons",
+      [](Points3 points, In<std::int64_t, nb::shape<-1>> offsets, Indices corners) {
+        check_range(flat(corners), points.shape(0));
+        PolygonFaces result;
+        {
+          nb::gil_scoped_release release;
+          result = triangulate_polygons(rows<Point3>(points), flat(offsets), flat(corners));
+        }
+        return nb::make_tuple(give<Index>(std::move(result.faces)), give<Index>(std::move(result.polygon_of_face)));
+      },
+      "points"_a, "offsets"_a, "corners"_a);
+  m.def(
+      "orient2d", [](Points2 a, Points2 b, Points2 c) { return signs<Point2>(orient2d, a, b, c); }, "a"_a, "b"_a,
+      "c"_a);
+  m.def(
+      "direction_by_poles",
+      [](Points2 a, Points2 b, Points2 c) { return signs<Point2>(direction_by_poles, a, b, c); }, "a"_a, "b"_a,
+      "c"_a);
+  m.def(
+      "incircle",
+      [](Points2 a, Points2 b, Points2 c, Points2 d) { return signs<Point2>(incircle, a, b, c, d); }, "a"_a, "b"_a,
+      "c"_a, "d"_a);
+  m.def(
+      "orient3d",
+      [](Points3 a, Points3 b, Points3 c, Points3 d) { return signs<Point3>(orient3d, a, b, c, d); }, "a"_a, "b"_a,
+      "c"_a, "d"_a);
+}
+
 }  // namespace
 }  // namespace bldsimp
 
 NB_MODULE(_core, m) {
   m.doc() = "bldsimp's kernels";
   bldsimp::bind_mesh(m);
+  bldsimp::bind_triangulation(m);
 }

@@ -17,6 +17,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "hilbert.hpp"
@@ -86,6 +87,18 @@ class Triangulator {
   Segment crossing() const { return crossing_; }
 
   const Statistics& statistics() const { return statistics_; }
+
+  // Gives the arrays away without a copy; the next run makes new ones.
+  struct Result {
+    std::vector<Point2> points;
+    std::vector<Triple> triangles, neighbours;
+    std::vector<Index> point_of_input;
+    std::vector<Piece> pieces;
+  };
+  Result release() {
+    return {std::move(points_), std::move(triangles_), std::move(neighbours_), std::move(point_of_input_),
+            std::move(pieces_)};
+  }
 
  private:
   // Persistent list of the segments that run along an edge: a node is one use, with the number of

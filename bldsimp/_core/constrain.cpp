@@ -78,9 +78,15 @@ Index Triangulator::realise(Pending segment, Index& crossed) {
 }
 
 // Looks around a for the way to b: the halfedge that a-b crosses first, or -1 and in `edge` the
-// one from a that lies on a-b.
+// one from a that lies on a-b. Most segments of a ring are edges already, so b itself is sought
+// first, without any predicate.
 Index Triangulator::enter(Index a, Index b, Index& edge) const {
   const Index first = net_.leaving(a);
+  edge = first;
+  do {
+    if (net_.target(edge) == b) return -1;
+    edge = net_.twin(Net::prev(edge));
+  } while (edge != first);
   Index h = first;
   do {
     const Index u = net_.target(h), w = net_.apex(h);
@@ -111,7 +117,7 @@ Index Triangulator::find_influence_domain(Pending segment, Index entered, Index&
     const Index g = net_.twin(h);
     const Index far = net_.apex(g);
     domain_.push_back(Net::triangle(g));
-    const int side = orient2d(a, b, site_[far]);
+    const int side = far == segment.b ? 0 : orient2d(a, b, site_[far]);
     if (side < 0) {
       h = Net::prev(g);
       continue;

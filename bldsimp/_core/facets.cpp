@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <queue>
+#include <tuple>
 
 #include "plane_fit.hpp"
 #include "predicates.hpp"
@@ -127,10 +129,11 @@ class FacetFinder {
   void accept_or_grow(FaceSets& candidates) {
     const Index count = static_cast<Index>(faces_.size());
     std::vector<Index> start(count + 1, 0), members(count);
-    for (Index f = 0; f < count; ++f) ++start[candidates.find(f) + 1];
+    candidate_.resize(count);
+    for (Index f = 0; f < count; ++f) ++start[(candidate_[f] = candidates.find(f)) + 1];
     std::partial_sum(start.begin(), start.end(), start.begin());
     std::vector<Index> cursor(start.begin(), start.end() - 1);
-    for (Index f = 0; f < count; ++f) members[cursor[candidates.find(f)]++] = f;
+    for (Index f = 0; f < count; ++f) members[cursor[candidate_[f]]++] = f;
     for (Index root = 0; root < count; ++root) {
       const std::span<const Index> set(members.data() + start[root], members.data() + start[root + 1]);
       if (set.empty()) continue;
@@ -188,8 +191,72 @@ class FacetFinder {
     std::sort(seeds.begin(), seeds.end(), [](const auto& a, const auto& b) {
       return a.first != b.first ? a.first > b.first : a.second < b.second;
     });
+    const Index first = static_cast<Index>(planes_.size());
     for (const auto& [area, f] : seeds)
       if (facet_of_face_[f] < 0) grow_from(f);
+    merge_grown(set, first);
+  }
+
+  // Growth takes faces as they come; whole facets that fit one slab together are joined afterwards,
+  // the narrowest slab first. (On a curved part this saves some 2 % of the points.)
+  void merge_grown(std::span<const Index> set, Index first) {
+    const std::size_t count = planes_.size() - first;
+    if (count < 2) return;
+    std::vector<std::vector<Index>> members(count), beside(count);
+    for (const Index f : set) {
+      const Index a = facet_of_face_[f] - first;
+      members[a].push_back(f);
+      for (Index h = 3 * f; h < 3 * f + 3; ++h) {
+        const Index g = twin_[h] / 3;
+        if (twin_[h] >= 0 && candidate_[g] == candidate_[f]) beside[a].push_back(facet_of_face_[g] - first);
+      }
+    }
+    struct Merge {
+      double width;
+      Index a, b;
+      std::size_t size_a, size_b;  // a merge is out of date when either has grown since
+      bool operator<(const Merge& m) const { return std::tie(m.width, m.a, m.b) < std::tie(width, a, b); }
+    };
+    std::priority_queue<Merge> queue;
+    std::vector<Index> both;
+    const auto propose = [&](Index a, Index b) {
+      const Plane& plane = planes_[first + (members[a].size() >= members[b].size() ? a : b)];
+      Slab slab{plane.normal, plane.low, plane.high};
+      // A fit can at best halve what the points of one stray from the plane of the other.
+      for (const Index f : members[a].size() >= members[b].size() ? members[b] : members[a])
+        if (!fits(slab, f, 2 * limits_.width)) return;
+      both = members[a];
+      both.insert(both.end(), members[b].begin(), members[b].end());
+      const Slab joint = fit(both);
+      if (joint.width() <= limits_.width && all_face(both, joint.normal))
+        queue.push({joint.width(), a, b, members[a].size(), members[b].size()});
+    };
+    const auto tidy = [&](Index a) {
+      std::sort(beside[a].begin(), beside[a].end());
+      beside[a].erase(std::unique(beside[a].begin(), beside[a].end()), beside[a].end());
+      std::erase_if(beside[a], [&](Index b) { return b == a || members[b].empty(); });
+    };
+    for (Index a = 0; a < static_cast<Index>(count); ++a) {
+      tidy(a);
+      for (const Index b : beside[a])
+        if (a < b) propose(a, b);
+    }
+    while (!queue.empty()) {
+      const Merge merge = queue.top();
+      queue.pop();
+      const auto [width, a, b, size_a, size_b] = merge;
+      if (members[a].size() != size_a || members[b].size() != size_b) continue;
+      members[a].insert(members[a].end(), members[b].begin(), members[b].end());
+      std::sort(members[a].begin(), members[a].end());
+      members[b].clear();
+      for (const Index f : members[a]) facet_of_face_[f] = first + a;
+      const Slab slab = fit(members[a]);
+      planes_[first + a] = {slab.normal, slab.low, slab.high};
+      beside[a].insert(beside[a].end(), beside[b].begin(), beside[b].end());
+      for (const Index c : beside[b]) beside[c].push_back(a);
+      tidy(a);
+      for (const Index c : beside[a]) propose(std::min(a, c), std::max(a, c));
+    }
   }
 
   void grow_from(Index seed) {
@@ -221,18 +288,18 @@ class FacetFinder {
 
   bool may_join(const Slab& slab, Index h, Index t) const {
     const Index f = h / 3, g = t / 3;
-    if (label_[f] != label_[g] || label_[f] < 0) return false;
-    if (!fits(slab, g)) return false;
+    if (candidate_[f] != candidate_[g]) return false;
+    if (!fits(slab, g, limits_.width)) return false;
     if (!is_needle(g)) return dot(area_vector(g), slab.normal) > 0;
     if (t == longest_halfedge(g)) return true;
     const Index base = host(g);
-    return base >= 0 && fits(slab, base) && dot(area_vector(base), slab.normal) > 0;
+    return base >= 0 && fits(slab, base, limits_.width) && dot(area_vector(base), slab.normal) > 0;
   }
 
   // Whether the slab stays narrow enough with the points of f.
-  bool fits(Slab slab, Index f) const {
+  bool fits(Slab slab, Index f, double width) const {
     for (int k = 0; k < 3; ++k) slab.add(height_in(slab.normal, corner(f, k)));
-    return slab.width() <= limits_.width;
+    return slab.width() <= width;
   }
 
   void refit(Slab& slab) const {
@@ -264,6 +331,7 @@ class FacetFinder {
   Vec3 origin_;
   FacetLimits limits_;
   std::vector<std::int8_t> longest_;  // corner at which the longest edge starts, and needle_bit
+  std::vector<Index> candidate_;  // per face the least face of its candidate
   std::vector<Index> facet_of_face_;
   std::vector<Plane> planes_;
   std::vector<Index> region_;
@@ -274,6 +342,15 @@ class FacetFinder {
 Facets find_facets(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
                    std::span<const Index> label, Vec3 origin, const FacetLimits& limits) {
   return FacetFinder(points, faces, twin, label, origin, limits).find();
+}
+
+Facets split_off(const Facets& facets, std::span<const Index> cut) {
+  Facets result = facets;
+  for (const Index f : cut) {
+    result.planes.push_back(facets.planes[facets.facet_of_face[f]]);
+    result.facet_of_face[f] = static_cast<Index>(result.planes.size()) - 1;
+  }
+  return result;
 }
 
 }  // namespace bldsimp

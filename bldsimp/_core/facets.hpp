@@ -29,4 +29,7 @@ struct FacetLimits {
 Facets find_facets(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
                    std::span<const Index> label, Vec3 origin, const FacetLimits& limits);
 
+// Makes each of `cut` (sorted) a facet by itself; the others keep their numbers.
+Facets split_off(const Facets& facets, std::span<const Index> cut);
+
 }  // namespace bldsimp

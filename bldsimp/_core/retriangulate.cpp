@@ -146,7 +146,10 @@ class Retriangulator {
     TriangulateOptions options;
     options.lift = lift_.data();
     if (triangulator_.run(flat_, segments_, options) != Status::done) {
-      for (const Index s : triangulator_.crossing()) put_back(facet, s, patches);
+      for (const Index s : triangulator_.crossing()) {
+        put_back(facet, s, patches);
+        note_trouble(facet, segments_[s][0], segments_[s][1], patches);
+      }
       return Outcome::crossing;
     }
     if (find_touching(facet, patches)) return Outcome::crossing;
@@ -161,6 +164,11 @@ class Retriangulator {
     if (farthest >= 0) patches.put_back.push_back({facet, farthest});
   }
 
+  void note_trouble(Index facet, Index a, Index b, Patches& patches) const {
+    const auto [low, high] = std::minmax(point_of_local_[a], point_of_local_[b]);
+    patches.trouble.push_back({facet, low, high});
+  }
+
   // A piece that was split has a point of the outline on it: its neighbour would not know of it.
   bool find_touching(Index facet, Patches& patches) {
     bool touching = false;
@@ -169,6 +177,9 @@ class Retriangulator {
       if (std::minmax(a, b) == std::minmax(ends[0], ends[1])) continue;
       touching = true;
       put_back(facet, segment, patches);
+      note_trouble(facet, ends[0], ends[1], patches);
+      for (const Index end : {a, b})
+        if (end != ends[0] && end != ends[1]) note_trouble(facet, end, end, patches);
       for (Index s = 0; s < static_cast<Index>(segments_.size()); ++s)
         for (const Index end : segments_[s])
           if ((end == a || end == b) && end != ends[0] && end != ends[1]) put_back(facet, s, patches);
@@ -236,6 +247,12 @@ bool all_inner(std::span<const EdgeUse> uses) {
   return true;
 }
 
+template <class Item>
+void sort_unique(std::vector<Item>& items) {
+  std::sort(items.begin(), items.end());
+  items.erase(std::unique(items.begin(), items.end()), items.end());
+}
+
 }  // namespace
 
 Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep) {
@@ -243,18 +260,18 @@ Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, st
   const Runs runs(parts);
   Retriangulator retriangulator(parts, runs);
   for (const Index facet : wanted) retriangulator.run(facet, keep[facet] != 0, patches);
-  std::sort(patches.put_back.begin(), patches.put_back.end());
-  patches.put_back.erase(std::unique(patches.put_back.begin(), patches.put_back.end()), patches.put_back.end());
+  sort_unique(patches.put_back);
+  sort_unique(patches.trouble);
   return patches;
 }
 
-std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                                const PieceEdges& expected, std::span<const std::uint8_t> keep,
-                                std::span<const Index> back) {
+std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
+                                 const PieceEdges& expected, std::span<const std::uint8_t> keep,
+                                 std::span<const Index> back) {
   const std::vector<EdgeUse> uses = edge_uses(triangles, facet_of_triangle);
-  std::vector<Index> blamed;
-  const auto blame = [&](Index facet) {
-    if (!keep[facet]) blamed.push_back(facet);
+  std::vector<Misfit> misfits;
+  const auto blame = [&](Index facet, std::array<Index, 2> edge) {
+    if (!keep[facet]) misfits.push_back({facet, edge[0], edge[1]});
   };
   std::size_t e = 0;
   const auto expected_uses = [&] {
@@ -263,7 +280,7 @@ std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const
   };
   const auto skip_missing = [&](std::array<Index, 2> before) {
     for (; e < expected.edges.size() && expected.edges[e] < before; ++e)
-      for (const Use& use : expected_uses()) blame(use.facet);
+      for (const Use& use : expected_uses()) blame(use.facet, expected.edges[e]);
   };
   for (std::size_t from = 0; from < uses.size();) {
     std::size_t to = from + 1;
@@ -277,8 +294,8 @@ std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const
       const bool right = std::equal(found.begin(), found.end(), wanted.begin(), wanted.end(),
                                     [](const EdgeUse& a, const Use& b) { return a.use == b; });
       if (!right) {
-        for (const EdgeUse& use : found) blame(use.use.facet);
-        for (const Use& use : wanted) blame(use.facet);
+        for (const EdgeUse& use : found) blame(use.use.facet, edge);
+        for (const Use& use : wanted) blame(use.facet, edge);
       }
       ++e;
       continue;
@@ -286,13 +303,17 @@ std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const
     const bool right =
         all_inner(found) &&
         (found.size() == 2 || (found.size() == 4 && back[found[0].use.facet] == found[2].use.facet));
-    if (!right)
-      for (const EdgeUse& use : found) blame(use.use.facet);
+    if (right) continue;
+    // Where facets laid an inner edge on one another, it may stay in one of them.
+    const bool one_may_stay = all_inner(found) && std::none_of(found.begin(), found.end(), [&](const EdgeUse& use) {
+                                return keep[use.use.facet];
+                              });
+    for (const EdgeUse& use : found)
+      if (!one_may_stay || use.use.facet != found[0].use.facet) blame(use.use.facet, edge);
   }
   skip_missing({std::numeric_limits<Index>::max(), 0});
-  std::sort(blamed.begin(), blamed.end());
-  blamed.erase(std::unique(blamed.begin(), blamed.end()), blamed.end());
-  return blamed;
+  sort_unique(misfits);
+  return misfits;
 }
 
 }  // namespace bldsimp

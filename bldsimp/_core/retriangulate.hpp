@@ -18,11 +18,18 @@ enum class Outcome : std::uint8_t {
   mismatch,   // the triangles do not cover what its faces covered
 };
 
+// An edge at which a facet does not fit.
+struct Misfit {
+  Index facet, low, high;
+  friend auto operator<=>(const Misfit&, const Misfit&) = default;
+};
+
 struct Patches {
   std::vector<Face> triangles;
   std::vector<Index> facet_of_triangle;  // in the order in which the facets were asked for
   std::vector<Outcome> outcomes;         // one for each facet asked for
   std::vector<std::array<Index, 2>> put_back;  // {facet, point}: what may resolve a crossing; sorted
+  std::vector<Misfit> trouble;  // pieces that cross or touch, and points (low == high) that lie on one; sorted
 };
 
 // What every facet is made of; plain views, so that nothing is copied between stages.
@@ -43,11 +50,10 @@ struct FacetParts {
 // with what thinning may have changed. Those with keep[facet] return their own faces.
 Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep);
 
-// Facets (sorted) whose triangles do not use the edges as they must: piece edges as `expected` tells, all
-// others once each way by one facet, or by a facet and its back (see Outlines). Facets in `keep` are never
-// blamed.
-std::vector<Index> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                                const PieceEdges& expected, std::span<const std::uint8_t> keep,
-                                std::span<const Index> back);
+// Piece edges must be used as `expected` tells, all others once each way by one facet, or by a facet and
+// its back (see Outlines). Facets in `keep` are never blamed. Sorted. O(n log n).
+std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
+                                 const PieceEdges& expected, std::span<const std::uint8_t> keep,
+                                 std::span<const Index> back);
 
 }  // namespace bldsimp

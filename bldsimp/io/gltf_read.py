@@ -179,7 +179,7 @@ def _carried(document: Document, index: int, mesh: Mesh) -> dict[str, NDArray[np
             target = carried.setdefault(name, np.full((len(mesh.points), width), np.nan))
             count = min(source.rows.count, len(values))
             block = target[source.rows.start : source.rows.start + count]
-            block[:, : values.shape[1]] = values[:count]
+            block[:, : values.shape[1]] = values[:count, :width]
             if name == "COLOR_0" and values.shape[1] == 3:
                 block[:, 3] = 1.0
             elif name == "TEXCOORD_0":
@@ -211,7 +211,8 @@ def _material(document: Document, primitive: dict[str, Any]) -> Material | None:
     metallic = entry.get("pbrMetallicRoughness", {})
     color = tuple(metallic.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0)))
     texture = metallic.get("baseColorTexture", {}).get("index")
-    image = document.items("textures")[texture].get("source") if texture is not None else None
+    textures = document.items("textures")
+    image = textures[texture].get("source") if texture is not None and texture < len(textures) else None
     return Material(str(entry.get("name", f"material {number}")), color, None if image is None else str(image))
 
 

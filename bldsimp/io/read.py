@@ -62,8 +62,13 @@ def read(source: Path | bytes, format_: str) -> Scene:
 def _fill(scene: Scene, data: bytes, folder: _Folder) -> None:
     """Read the meshes of a scene."""
     if scene.format in ("glb", "gltf"):
-        scene.source = parse_gltf(data, folder)
-        scene.meshes = gltf_meshes(scene.source)
+        try:
+            scene.source = parse_gltf(data, folder)
+            scene.meshes = gltf_meshes(scene.source)
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+            # JSON may hold anything anywhere; what the format does not foresee ends here.
+            what = f"{type(error).__name__}: {error}"
+            raise InputError(f"the glTF JSON is not as the format asks ({what}): the file is damaged") from error
         return
     if scene.format == "obj":
         scene.meshes = read_obj(data, folder, scene.warnings)

@@ -1,0 +1,51 @@
+"""Peak memory of `simplify` above the mesh's own arrays, in a fresh process. Linux only (reads /proc).
+
+usage: peak_memory.py POINTS.npy FACES.npy
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from surface import Surface
+
+
+def peak_above_arrays(surface: Surface) -> int:
+    """Bytes that a fresh process needs at most above the level at which it holds the arrays."""
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / f"{name}.npy" for name in surface._fields]
+        for path, array in zip(paths, surface, strict=True):
+            np.save(path, array)
+        done = subprocess.run(
+            [sys.executable, __file__, *map(str, paths)], capture_output=True, text=True, check=True
+        )
+    return int(done.stdout)
+
+
+def _bytes(name: str) -> int:
+    """A figure of this process: VmRSS is what it holds now, VmHWM the most it ever held."""
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith(name + ":"):
+            return int(line.split()[1]) * 1024
+    raise RuntimeError(f"/proc/self/status has no {name}")
+
+
+def _main() -> None:
+    import bldsimp
+
+    points, faces = (np.load(path) for path in sys.argv[1:3])
+    corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    # What the first call of anything loads is no part of the figure.
+    bldsimp.simplify((corner, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])))
+    level = _bytes("VmRSS")
+    light = bldsimp.simplify((points, faces))
+    assert light.report.after.points <= len(points)
+    print(max(_bytes("VmHWM") - level, 0))
+
+
+if __name__ == "__main__":
+    _main()

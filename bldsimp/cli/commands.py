@@ -1,0 +1,189 @@
+"""The commands: options are checked before anything is read, modules loaded when they are needed."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from .. import __version__
+from ..errors import UsageError
+from ..options import Options, parse_length, parse_tolerance
+from .paths import Endpoint, check_output, endpoint_in, endpoint_out
+
+_EXAMPLES = """
+\b
+Examples:
+  bldsimp simplify in.obj out.glb
+  bldsimp simplify tower.ply light.ply --tolerance 0.02 --report tower.json
+  cat in.obj | bldsimp simplify - - --from obj --to glb > out.glb
+"""
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="bldsimp", message="%(prog)s %(version)s")
+def bldsimp() -> None:
+    """Makes 3D building models light: fewest points, no crack, a certified error.
+
+    Reads OBJ, PLY, OFF, STL, GLB, glTF and what else trimesh reads; writes the first six.
+    Exit codes: 0 done, 1 a file unreadable or not written, 2 wrong usage.
+    """
+
+
+@bldsimp.command(epilog=_EXAMPLES)
+@click.argument("source", metavar="IN")
+@click.argument("target", metavar="OUT")
+@click.option(
+    "--tolerance",
+    default="auto",
+    metavar="auto|LENGTH|PERCENT%",
+    help="How far any point of the surface may move: a length in model units, a percentage of the diagonal"
+    " of the model's box, or 'auto', which loses nothing that the file's own rounding has not blurred."
+    " 0 drops only what is exactly in one plane or line.  [default: auto]",
+)
+@click.option(
+    "--weld",
+    default="0",
+    metavar="LENGTH",
+    help="Join points nearer than this, in model units.  [default: 0, exactly equal points only]",
+)
+@click.option(
+    "--normals",
+    type=click.Choice(["auto", "flat", "smooth", "none"]),
+    default="auto",
+    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own.  [default: auto]",
+)
+@click.option("--drop-attributes", is_flag=True, help="Simplify textured and coloured parts too, and drop what they carry.")
+@click.option("--report", metavar="FILE.json", help="Also write what was done as JSON.")
+@click.option("--baseline", is_flag=True, help="Also tell how many points fast-simplification needs for the same deviation.")
+@click.option("--from", "from_", metavar="FORMAT", help="Format of IN, where its suffix does not tell.")
+@click.option("--to", metavar="FORMAT", help="Format of OUT, where its suffix does not tell.")
+@click.option("--overwrite", is_flag=True, help="Replace OUT where it exists; it may be IN.")
+@click.option("-q", "--quiet", is_flag=True, help="No summary.")
+@click.option("-v", "--verbose", is_flag=True, help="More about the input and about where the time went.")
+def simplify(
+    source: str,
+    target: str,
+    tolerance: str,
+    weld: str,
+    normals: str,
+    drop_attributes: bool,
+    report: str | None,
+    baseline: bool,
+    from_: str | None,
+    to: str | None,
+    overwrite: bool,
+    quiet: bool,
+    verbose: bool,
+) -> None:
+    """Simplify the building in IN and write it to OUT; '-' is standard input or output.
+
+    The summary goes to standard error.
+    """
+    if quiet and verbose:
+        raise UsageError("--quiet and --verbose exclude each other")
+    options = Options(
+        tolerance=_option("--tolerance", parse_tolerance, tolerance),
+        weld=_option("--weld", parse_length, weld),
+        normals=normals,
+        drop_attributes=drop_attributes,
+        baseline=baseline,
+    )
+    read_from = endpoint_in(source, from_)
+    write_to = endpoint_out(target, to, overwrite)
+    report_path = None if report is None else Path(report)
+    if report_path is not None:
+        check_output(report_path, "--report", overwrite=True)
+        _check_apart(report_path, read_from, write_to)
+    _run(read_from, write_to, options, Wishes(report_path, overwrite, quiet, verbose))
+
+
+@bldsimp.command()
+@click.argument("source", metavar="IN")
+@click.option("--from", "from_", metavar="FORMAT", help="Format of IN, where its suffix does not tell.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON.")
+def inspect(source: str, from_: str | None, as_json: bool) -> None:
+    """Tell what is in the building IN before anything is done to it; '-' is standard input."""
+    read_from = endpoint_in(source, from_)
+    from ..inspect import inspect_scene, inspection_text
+    from ..io import read
+
+    inspection = inspect_scene(read(_data(read_from), read_from.format))
+    if as_json:
+        click.echo(json.dumps(inspection.to_dict(), indent=2))
+    else:
+        click.echo(inspection_text(inspection))
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What a user wants beside the result."""
+
+    report: Path | None
+    overwrite: bool
+    quiet: bool
+    verbose: bool
+
+
+def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wishes) -> None:
+    """Read, simplify, write, report."""
+    start = time.perf_counter()
+    from ..io import read, write
+    from ..io.target import replace_files
+    from ..report import summary
+    from ..simplified import simplify_scene
+
+    scene = read(_data(read_from), read_from.format)
+    after_read = time.perf_counter()
+    lights, report = simplify_scene(scene, options)
+    if options.baseline:
+        from ..baseline import baseline_points
+
+        report.baseline = baseline_points(scene, report.deviation, report.warnings)
+    after_simplify = time.perf_counter()
+    target = sys.stdout.buffer if write_to.path is None else write_to.path
+    written = write(scene, lights, target, write_to.format, options, overwrite=wishes.overwrite)
+    report.rounding = written.rounding
+    report.deviation += written.rounding
+    report.after.bytes = written.bytes
+    report.after.vertices = written.vertices
+    report.warnings += written.warnings
+    report.seconds = time.perf_counter() - start
+    if wishes.report is not None:
+        replace_files({wishes.report: report.to_json().encode("utf-8")})
+    if wishes.verbose:
+        from ..inspect import number_words
+
+        for mesh in scene.meshes:
+            click.echo(f"input      {mesh.name or 'mesh'}: {len(mesh.parts)} parts, {number_words(mesh)}", err=True)
+        click.echo(
+            f"time       read {after_read - start:.2f}, simplify {after_simplify - after_read:.2f},"
+            f" write {time.perf_counter() - after_simplify:.2f} s",
+            err=True,
+        )
+    if not wishes.quiet:
+        click.echo(summary(report), err=True)
+
+
+def _option(name: str, parse, text: str):  # type: ignore[no-untyped-def]
+    """Parse an option, and name it where it is wrong."""
+    try:
+        return parse(text)
+    except UsageError as error:
+        raise UsageError(f"{name}: {error}") from None
+
+
+def _data(endpoint: Endpoint) -> Path | bytes:
+    """What to read: a path, or all of standard input."""
+    return sys.stdin.buffer.read() if endpoint.path is None else endpoint.path
+
+
+def _check_apart(report: Path, read_from: Endpoint, write_to: Endpoint) -> None:
+    """Refuse a report over a model."""
+    for endpoint in (read_from, write_to):
+        if endpoint.path is not None and endpoint.path.resolve() == report.resolve():
+            raise UsageError(f"--report: {report} is also a model: choose another file")

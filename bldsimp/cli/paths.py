@@ -1,0 +1,87 @@
+"""Paths and formats of a command, checked before anything is read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import UsageError
+
+FORMATS = ("obj", "ply", "off", "stl", "glb", "gltf")
+"""Read and written; what else is read is trimesh's to say."""
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """Where to read or write; `path` is None for a pipe."""
+
+    path: Path | None
+    format: str
+
+
+def endpoint_in(text: str, format_: str | None) -> Endpoint:
+    """What IN means.
+
+    Raises
+    ------
+    UsageError
+        IN is a directory, or its format is unknown.
+    """
+    path = None if text == "-" else Path(text)
+    if path is not None and path.is_dir():
+        raise UsageError(f"{path}: is a directory: give a file")
+    found = _format(path, format_, "IN", "--from")
+    if found not in FORMATS and found not in _others():
+        raise UsageError(f"{text}: format '{found}' is not known: use one of {', '.join(FORMATS)}")
+    return Endpoint(path, found)
+
+
+def endpoint_out(text: str, format_: str | None, overwrite: bool) -> Endpoint:
+    """What OUT means.
+
+    Raises
+    ------
+    UsageError
+        OUT exists and may not be replaced, its folder is missing, or its format is unknown.
+    """
+    path = None if text == "-" else Path(text)
+    found = _format(path, format_, "OUT", "--to")
+    if found not in FORMATS:
+        raise UsageError(f"{text}: format '{found}' cannot be written: use one of {', '.join(FORMATS)}")
+    if path is not None:
+        check_output(path, "OUT", overwrite)
+    return Endpoint(path, found)
+
+
+def check_output(path: Path, name: str, overwrite: bool) -> None:
+    """Refuse a file that cannot be meant.
+
+    Raises
+    ------
+    UsageError
+    """
+    if path.is_dir():
+        raise UsageError(f"{path}: is a directory: {name} must be a file")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: the folder '{path.parent}' does not exist: make it first")
+    if path.is_file() and not overwrite:
+        raise UsageError(f"{path}: exists: give --overwrite to replace it")
+
+
+def _format(path: Path | None, given: str | None, name: str, option: str) -> str:
+    """The format that an option or a suffix names."""
+    if given:
+        return given.lower().lstrip(".")
+    if path is None:
+        raise UsageError(f"{name} is a pipe: say its format with {option}")
+    suffix = path.suffix.lower().lstrip(".")
+    if not suffix:
+        raise UsageError(f"{path}: has no suffix: say its format with {option}")
+    return suffix
+
+
+def _others() -> set[str]:
+    """Formats that only trimesh reads."""
+    import trimesh
+
+    return set(trimesh.exchange.load.mesh_formats())

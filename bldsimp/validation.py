@@ -1,0 +1,208 @@
+"""Checks of results against their promises; each raises `InternalError` that says what is broken."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .errors import InternalError
+
+if TYPE_CHECKING:
+    from .triangulation import Triangulation
+
+Ints = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+
+class _Halfedges:
+    """Halfedge ``3 t + i`` runs from corner ``i`` of triangle ``t`` to the next corner."""
+
+    def __init__(self, triangles: NDArray[np.int32], neighbours: NDArray[np.int32], point_count: int) -> None:
+        self.count = triangles.size
+        self.start = triangles.astype(np.int64).ravel()
+        self.end = np.roll(triangles, -1, axis=1).astype(np.int64).ravel()
+        self.apex = np.roll(triangles, -2, axis=1).astype(np.int64).ravel()
+        edges = np.arange(self.count)
+        self.next = edges - edges % 3 + (edges + 1) % 3
+        self.across = np.roll(neighbours, 1, axis=1).ravel()
+        self.key = self.start * point_count + self.end
+        self.reverse_key = self.end * point_count + self.start
+        self.twin = self._find(self.reverse_key)
+
+    def _find(self, keys: Ints) -> Ints:
+        """Halfedge with each key, -1 for none."""
+        order = np.argsort(self.key, kind="stable")
+        place = np.minimum(np.searchsorted(self.key[order], keys), self.count - 1)
+        found = order[place]
+        return np.where(self.key[found] == keys, found, -1)
+
+
+def check_triangulation(result: Triangulation) -> None:
+    """Check every promise of a triangulation; see `Triangulation.validate`."""
+    _check_pieces(result)
+    if len(result.triangles) == 0:
+        _check_empty(result)
+        return
+    _check_rows(result)
+    edges = _Halfedges(result.triangles, result.neighbours, len(result.points))
+    _check_neighbours(edges)
+    _check_directions(result)
+    constrained = _constrained(result, edges)
+    _check_delaunay(result, edges, constrained)
+    _check_constraints(result, edges)
+    loops = _check_euler(edges)
+    if not result.carved:
+        _check_hull(result, edges, loops)
+
+
+def _require(broken: Flags, message: str) -> None:
+    """Raise with the first row at which `broken` holds."""
+    if broken.any():
+        rows = np.flatnonzero(broken)
+        raise InternalError(f"{message}: {rows[0]}" + (f" and {len(rows) - 1} more" if len(rows) > 1 else ""))
+
+
+def _check_rows(result: Triangulation) -> None:
+    triangles = result.triangles
+    _require(((triangles < 0) | (triangles >= len(result.points))).any(axis=1), "triangle out of range")
+    represented = np.arange(len(result.points))
+    represented[: len(result.point_of_input)] = result.point_of_input
+    _require((represented[triangles] != triangles).any(axis=1), "triangle with a repeated point")
+
+
+def _check_neighbours(edges: _Halfedges) -> None:
+    _require(np.bincount(np.unique(edges.key, return_inverse=True)[1])[:] > 1, "directed edge used twice")
+    expected = np.where(edges.twin < 0, -1, edges.twin // 3)
+    _require(expected != edges.across, "neighbour across a halfedge is wrong")
+
+
+def _check_directions(result: Triangulation) -> None:
+    a, b, c = (np.ascontiguousarray(result.points[result.triangles[:, i]]) for i in range(3))
+    _require(_core.orient2d(a, b, c) <= 0, "triangle not counter-clockwise")
+
+
+def _constrained(result: Triangulation, edges: _Halfedges) -> Flags:
+    count = len(result.points)
+    a, b = result.segments[:, 0].astype(np.int64), result.segments[:, 1].astype(np.int64)
+    return np.isin(edges.key, np.concatenate([a * count + b, b * count + a]))
+
+
+def _check_delaunay(result: Triangulation, edges: _Halfedges, constrained: Flags) -> None:
+    inner = np.flatnonzero(~constrained & (edges.twin > np.arange(edges.count)))
+    a, b, p = edges.start[inner], edges.end[inner], edges.apex[inner]
+    q = edges.apex[edges.twin[inner]]
+    side = _core.incircle(*(np.ascontiguousarray(result.points[i]) for i in (a, b, p, q)))
+    _require(side > 0, "inner edge not Delaunay")
+    rank = np.empty(len(result.points), np.int64)
+    rank[np.lexsort((result.points[:, 1], result.points[:, 0]))] = np.arange(len(result.points))
+    least_ab, least_pq = np.minimum(rank[a], rank[b]), np.minimum(rank[p], rank[q])
+    _require((side == 0) & (least_pq < least_ab), "cocircular tie broken against the order of points")
+
+
+def _check_pieces(result: Triangulation) -> None:
+    """Pieces of each segment form a chain from its first to its second end."""
+    ends = result.point_of_input[result.constraints]
+    long = np.flatnonzero(ends[:, 0] != ends[:, 1])
+    if len(result.triangles) == 0 and len(result.segments) == 0:
+        return
+    counts = np.bincount(result.input_segment, minlength=len(ends))
+    _require((counts > 0) != (ends[:, 0] != ends[:, 1]), "segment without pieces, or of no length with one")
+    if (np.diff(result.input_segment) < 0).any():
+        raise InternalError("pieces are not in the order of the segments")
+    last = np.cumsum(counts)[long] - 1
+    first = last - counts[long] + 1
+    net = np.zeros((len(result.points), 2), np.int64)  # uses as start, as end: only the sum need agree
+    np.add.at(net[:, 0], result.segments[:, 0], 1)
+    np.add.at(net[:, 1], result.segments[:, 1], 1)
+    np.add.at(net[:, 0], ends[long, 0], -1)
+    np.add.at(net[:, 1], ends[long, 1], -1)
+    _require(net[:, 0] != net[:, 1], "pieces do not lead from end to end at point")
+    straight = np.flatnonzero(first == last)
+    pieces = result.segments[first[straight]]
+    _require((pieces != ends[long[straight]]).any(axis=1), "the one piece of a segment is not the segment")
+
+
+def _check_constraints(result: Triangulation, edges: _Halfedges) -> None:
+    """Every piece is an edge; where carved away, at least no triangle lies across it."""
+    count = len(result.points)
+    a, b = result.segments[:, 0].astype(np.int64), result.segments[:, 1].astype(np.int64)
+    missing = ~np.isin(a * count + b, edges.key) & ~np.isin(b * count + a, edges.key)
+    if not result.carved:
+        _require(missing, "piece of a segment is no edge")
+    for row in np.flatnonzero(missing):
+        start, end = result.points[[a[row]]], result.points[[b[row]]]
+        fan = np.flatnonzero(edges.start == a[row])
+        starts, ends = (np.ascontiguousarray(np.broadcast_to(p, (len(fan), 2))) for p in (start, end))
+        right = _core.orient2d(starts, ends, np.ascontiguousarray(result.points[edges.end[fan]]))
+        left = _core.orient2d(starts, ends, np.ascontiguousarray(result.points[edges.apex[fan]]))
+        _require((right < 0) & (left > 0), f"triangle across piece {row} of a segment, around its start")
+
+
+def _classes(count: int, first: Ints, second: Ints) -> int:
+    """Count what is left of `count` things when pairs of them are joined."""
+    label = np.arange(count)
+    while True:
+        least = np.minimum(label[first], label[second])
+        joined = label.copy()
+        np.minimum.at(joined, label[first], least)
+        np.minimum.at(joined, label[second], least)
+        joined = joined[joined]
+        if (joined == label).all():
+            return len(np.unique(label))
+        label = joined
+
+
+def _check_euler(edges: _Halfedges) -> Flags:
+    """Check that every component is a piece of the plane; returns the halfedges on its border."""
+    inner = np.flatnonzero(edges.twin >= 0)
+    twin = edges.twin[inner]
+    components = _classes(edges.count // 3, inner // 3, twin // 3)
+    # A point where parts of the border touch counts once for each fan of triangles around it.
+    fans = _classes(edges.count, inner, edges.next[twin])
+    border = edges.twin < 0
+    open_edges = np.flatnonzero(border)
+    following = edges.next[open_edges]
+    while not border[following].all():
+        following = np.where(border[following], following, edges.next[edges.twin[following]])
+    place = np.full(edges.count, -1)
+    place[open_edges] = np.arange(len(open_edges))
+    loops = _classes(len(open_edges), np.arange(len(open_edges)), place[following])
+    edge_count = len(open_edges) + len(inner) // 2
+    if fans - edge_count + edges.count // 3 != 2 * components - loops:
+        raise InternalError(
+            f"Euler's formula fails: {fans} vertices, {edge_count} edges, {edges.count // 3} triangles, "
+            f"{components} components, {loops} border loops"
+        )
+    return border
+
+
+def _check_hull(result: Triangulation, edges: _Halfedges, border: Flags) -> None:
+    """All points are used, and the border is one loop that nowhere turns right."""
+    used = np.zeros(len(result.points), np.bool_)
+    used[result.triangles.ravel()] = True
+    expected = np.ones(len(result.points), np.bool_)
+    expected[: len(result.point_of_input)] = result.point_of_input == np.arange(len(result.point_of_input))
+    _require(used != expected, "point not used, or a repeated one used")
+    rim = np.flatnonzero(border)
+    after = np.full(len(result.points), -1)
+    after[edges.start[rim]] = edges.end[rim]
+    if len(np.unique(edges.start[rim])) != len(rim):
+        raise InternalError("the hull passes a point twice")
+    turns = [edges.start[rim], edges.end[rim], after[edges.end[rim]]]
+    _require(_core.orient2d(*(np.ascontiguousarray(result.points[i]) for i in turns)) < 0, "hull not convex")
+    if _classes(len(result.points), edges.start[rim], edges.end[rim]) != len(result.points) - len(rim) + 1:
+        raise InternalError("the hull is not one loop")
+
+
+def _check_empty(result: Triangulation) -> None:
+    """Without carving there are no triangles only if all points are collinear."""
+    if result.carved or len(result.points) < 3:
+        return
+    different = np.flatnonzero((result.points != result.points[0]).any(axis=1))
+    if len(different) == 0:
+        return
+    first, second = (np.ascontiguousarray(np.broadcast_to(result.points[i], result.points.shape)) for i in (0, different[0]))
+    _require(_core.orient2d(first, second, np.ascontiguousarray(result.points)) != 0, "no triangle at point")

@@ -1,0 +1,366 @@
+"""glTF: read by its own rules, and written back with nothing changed but what was simplified."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shapes import Gltf, box, fine_box, glb_parts, glb_values, triangle_set, write
+
+from bldsimp import InputError, Options, Scene, Tolerance, simplify_scene
+from bldsimp.io import read
+from bldsimp.io import write as write_scene
+from bldsimp.tolerance import diagonal, resolve_tolerance, spacing
+
+
+def light(data: bytes, path: Path, options: Options = Options()) -> tuple[Scene, bytes]:  # noqa: B008
+    """Simplify a GLB and give back what was written."""
+    scene = read(data, "glb")
+    lights, _ = simplify_scene(scene, options)
+    write_scene(scene, lights, path, "glb", options)
+    return scene, path.read_bytes()
+
+
+def glb_of(primitive: dict, document: Gltf, **more) -> bytes:
+    document.mesh(primitive, **more)
+    return document.glb()
+
+
+class TestRead:
+    def test_strips_and_fans_are_the_same_box(self) -> None:
+        points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 2, 0]], float)
+        expected = {((0, 0, 0), (1, 0, 0), (0, 1, 0)), ((0, 1, 0), (1, 0, 0), (1, 1, 0)), ((0, 1, 0), (1, 1, 0), (0, 2, 0))}
+        strip, fan, plain = Gltf(), Gltf(), Gltf()
+        strip.mesh({"attributes": {"POSITION": strip.accessor(points)}, "mode": 5})
+        fan_points = points[[2, 0, 1, 3, 4]]
+        fan.mesh({"attributes": {"POSITION": fan.accessor(fan_points)}, "mode": 6})
+        loose = points[[0, 1, 2, 2, 1, 3, 2, 3, 4]]
+        plain.mesh({"attributes": {"POSITION": plain.accessor(loose)}})
+        for document in (strip, fan, plain):
+            mesh = read(document.glb(), "glb").meshes[0]
+            assert triangle_set(mesh.points, mesh.faces) == expected
+
+    def test_sparse_values_and_an_accessor_without_a_view(self) -> None:
+        document = Gltf()
+        points, faces = box()
+        where = document.accessor(np.arange(8), "u2")
+        what = document.accessor(points)
+        accessors = document.json["accessors"]
+        accessors.append({
+            "componentType": 5126, "count": 8, "type": "VEC3",
+            "sparse": {"count": 8,
+                       "indices": {"bufferView": accessors[where]["bufferView"], "componentType": 5123},
+                       "values": {"bufferView": accessors[what]["bufferView"]}},
+        })  # fmt: skip
+        document.mesh({"attributes": {"POSITION": 2}, "indices": document.accessor(faces.reshape(-1), "u1")})
+        mesh = read(document.glb(), "glb").meshes[0]
+        assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+
+    def test_quantized_positions_have_the_spacing_of_their_integers(self) -> None:
+        document = Gltf()
+        points, faces = box(1000)
+        document.json["extensionsUsed"] = ["KHR_mesh_quantization"]
+        position = document.accessor(points, "u2")
+        document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
+        mesh = read(document.glb(), "glb").meshes[0]
+        assert mesh.points.max() == 1000.0
+        assert spacing(mesh) == 1.0
+        document.json["accessors"][position]["normalized"] = True
+        mesh = read(document.glb(), "glb").meshes[0]
+        assert mesh.points.max() == 1000.0 / 65535.0
+        assert spacing(mesh) == 1.0 / 65535.0
+
+    def test_interleaved_attributes(self) -> None:
+        document = Gltf()
+        points, faces = box()
+        both = document.accessor(np.hstack([points, np.tile([0.0], (8, 1))]))  # four floats a row
+        view = document.json["accessors"][both]["bufferView"]
+        document.json["bufferViews"][view]["byteStride"] = 16
+        document.json["accessors"][both]["type"] = "VEC3"
+        document.mesh({"attributes": {"POSITION": both}, "indices": document.accessor(faces.reshape(-1), "u4")})
+        mesh = read(document.glb(), "glb").meshes[0]
+        assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+
+    def test_primitives_that_share_positions_are_one_problem(self) -> None:
+        document = Gltf()
+        points, faces = box()
+        position = document.accessor(points)
+        halves = [
+            {"attributes": {"POSITION": position}, "indices": document.accessor(half.reshape(-1), "u2")}
+            for half in (faces[:6], faces[6:])
+        ]
+        document.mesh(*halves)
+        mesh = read(document.glb(), "glb").meshes[0]
+        assert len(mesh.points) == 8
+        assert len(mesh.parts) == 2
+        assert np.bincount(mesh.part_of_face).tolist() == [6, 6]
+
+    def test_transforms_of_all_instances_and_the_tolerance_they_leave(self) -> None:
+        document = Gltf()
+        number = document.mesh(document.box(), node={"scale": [3, 1, 1], "translation": [10, 0, 0]})
+        half = np.sqrt(0.5)
+        document.json["nodes"].append({"mesh": number, "rotation": [0, 0, half, half]})
+        document.json["nodes"].append({"children": [1], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]})
+        document.json["scenes"][0]["nodes"].append(2)
+        scene = read(document.glb(), "glb")
+        assert np.allclose(scene.meshes[0].transforms[0], [[3, 0, 0, 10], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+        assert np.allclose(scene.meshes[0].transforms[1], [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]])
+        assert diagonal(scene) == pytest.approx(np.sqrt(18**2 + 2**2 + 7**2))
+        assert resolve_tolerance(scene, Tolerance(1.0, "percent")) == pytest.approx(diagonal(scene) / 100)
+
+    def test_gpu_instances(self, models: Path) -> None:
+        scene = read(models / "textured" / "khronos_SimpleInstancing.glb", "glb")
+        assert len(scene.meshes[0].transforms) == 125
+
+    @pytest.mark.parametrize("name", ["TEXCOORD_0", "COLOR_0", "_FEATURE_ID_0", "TANGENT"])
+    def test_attributes_are_named(self, name: str) -> None:
+        document = Gltf()
+        extra = document.accessor(np.zeros((8, 4)))
+        scene = read(glb_of(document.box(**{name: extra}), document), "glb")
+        assert scene.meshes[0].parts[0].attributes == (name,)
+
+    def test_morph_targets_and_skins_are_attributes(self) -> None:
+        document = Gltf()
+        primitive = document.box()
+        primitive["targets"] = [{"POSITION": document.accessor(np.zeros((8, 3)))}]
+        document.json["skins"] = [{"joints": [0]}]
+        document.mesh(primitive, node={"skin": 0})
+        scene = read(document.glb(), "glb")
+        assert scene.meshes[0].parts[0].attributes == ("morph targets", "skin")
+
+
+def _spoilt(change) -> bytes:
+    document = Gltf()
+    document.mesh(document.box())
+    change(document)
+    return document.glb()
+
+
+BROKEN = {
+    "an index out of range": (lambda d: d.json["accessors"][1].update(count=7), "names a vertex that does not exist"),
+    "an accessor beyond its view": (lambda d: d.json["accessors"][0].update(count=99), "beyond its buffer view"),
+    "a view beyond its buffer": (lambda d: d.json["bufferViews"][0].update(byteLength=10**6), "truncated"),
+    "no such accessor": (lambda d: d.json["meshes"][0]["primitives"][0].update(indices=77), "no entry 77"),
+    "Draco": (lambda d: d.json.update(extensionsRequired=["KHR_draco_mesh_compression"]), "compressed .Draco"),
+    "meshopt": (lambda d: d.json["bufferViews"][0].update(extensions={"EXT_meshopt_compression": {}}), "meshopt"),
+    "a ring of nodes": (lambda d: d.json["nodes"][0].update(children=[0]), "not a tree"),
+    "no triangles": (lambda d: d.json["meshes"][0]["primitives"][0].update(mode=1), "no triangles"),
+    "glTF 1": (lambda d: d.json["asset"].update(version="1.0"), "glTF 1.0"),
+    "no asset": (lambda d: d.json.pop("asset"), "no 'asset'"),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_broken_documents_are_refused(case: str) -> None:
+    change, told = BROKEN[case]
+    with pytest.raises(InputError, match=told):
+        read(_spoilt(change), "glb")
+
+
+def test_every_truncation_is_refused() -> None:
+    document = Gltf()
+    document.mesh(document.box())
+    data = document.glb()
+    for length in range(0, len(data) - 4, 13):
+        with pytest.raises(InputError):
+            read(data[:length], "glb")
+
+
+def test_positions_that_are_not_finite_are_named() -> None:
+    document = Gltf()
+    points, faces = box()
+    points[3] = np.nan
+    primitive = {"attributes": {"POSITION": document.accessor(points)}}
+    primitive["indices"] = document.accessor(faces.reshape(-1), "u2")
+    with pytest.raises(InputError, match="not finite .*: 3:"):
+        read(glb_of(primitive, document), "glb")
+
+
+class TestPatch:
+    def test_only_the_simplified_accessors_change(self, tmp_path: Path) -> None:
+        document = Gltf()
+        picture = b"\x89PNG and so on"
+        document.data += picture
+        document.json["bufferViews"].append({"buffer": 0, "byteLength": len(picture), "name": "picture"})
+        document.json["images"] = [{"bufferView": 0, "mimeType": "image/png"}]
+        time = document.accessor([0.0, 1.0])
+        move = document.accessor(np.eye(3)[:2])
+        primitive = document.box(fine=True)
+        primitive["material"] = 0
+        primitive["extras"] = {"part": "walls"}
+        document.mesh(primitive, name="house", extras={"id": 7}, node={"name": "at home", "translation": [1, 2, 3]})
+        document.json.update(
+            materials=[{"name": "brick", "extras": {"fire": False}}],
+            cameras=[{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}],
+            extras={"author": "us"},
+            animations=[{"channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+                         "samplers": [{"input": time, "output": move}]}],
+        )  # fmt: skip
+        data = document.glb()
+        scene, after = light(data, tmp_path / "out.glb")
+        old, new = glb_parts(data)[0], glb_parts(after)[0]
+        for key in ("asset", "nodes", "scenes", "scene", "materials", "cameras", "extras"):
+            assert new[key] == old[key]
+        primitive = new["meshes"][0].pop("primitives")[0]
+        assert new["meshes"][0] == {"name": "house", "extras": {"id": 7}}
+        assert {key: primitive[key] for key in ("material", "extras")} == {"material": 0, "extras": {"part": "walls"}}
+        sampler = new["animations"][0]["samplers"][0]
+        assert glb_values(after, sampler["input"]).tolist() == [[0.0], [1.0]]
+        assert glb_values(after, sampler["output"]).tolist() == np.eye(3)[:2].tolist()
+        view = new["bufferViews"][new["images"][0]["bufferView"]]
+        binary = glb_parts(after)[1]
+        assert binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] == picture
+        position = new["accessors"][primitive["attributes"]["POSITION"]]
+        assert position["count"] == 8
+        assert (position["min"], position["max"]) == ([0, 0, 0], [2, 2, 2])
+        assert len(new["accessors"]) == 4
+        assert len(new["bufferViews"]) == 5
+        assert len(binary) < len(glb_parts(data)[1]) / 3
+
+    def test_what_is_passed_on_is_the_same_to_the_byte(self, tmp_path: Path) -> None:
+        document = Gltf()
+        uv = document.accessor(np.random.default_rng(0).random((98, 2)))
+        textured = document.box(fine=True, TEXCOORD_0=uv)
+        plain = document.box(fine=True, shift=10.0)
+        document.mesh(textured, plain)
+        data = document.glb()
+        _, after = light(data, tmp_path / "out.glb")
+        old = glb_parts(data)[0]["meshes"][0]["primitives"][0]
+        new = glb_parts(after)[0]["meshes"][0]["primitives"][0]
+        for name, number in old["attributes"].items():
+            assert np.array_equal(glb_values(after, new["attributes"][name]), glb_values(data, number))
+        assert np.array_equal(glb_values(after, new["indices"]), glb_values(data, old["indices"]))
+        light_one = glb_parts(after)[0]["meshes"][0]["primitives"][1]
+        assert len(glb_values(after, light_one["attributes"]["POSITION"])) == 8
+
+    def test_dropped_attributes_take_their_textures_along(self, tmp_path: Path) -> None:
+        document = Gltf()
+        uv = document.accessor(np.zeros((98, 2)))
+        primitive = {**document.box(fine=True, TEXCOORD_0=uv), "material": 0}
+        document.json["materials"] = [{"name": "wall", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "roughnessFactor": 0.5}}]
+        document.mesh(primitive)
+        _, after = light(document.glb(), tmp_path / "out.glb", Options(drop_attributes=True))
+        json_ = glb_parts(after)[0]
+        new = json_["meshes"][0]["primitives"][0]
+        assert set(new["attributes"]) == {"POSITION"}
+        assert json_["materials"][new["material"]] == {"name": "wall", "pbrMetallicRoughness": {"roughnessFactor": 0.5}}
+        assert json_["materials"][0] == document.json["materials"][0]
+
+    def test_stored_numbers_are_identical_in_any_component_type(self, tmp_path: Path) -> None:
+        points, faces = fine_box()
+        document = Gltf()
+        document.json["extensionsUsed"] = ["KHR_mesh_quantization"]
+        position = document.accessor(points * 1000 - 700, "i2")
+        document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
+        _, after = light(document.glb(), tmp_path / "out.glb", Options(tolerance=Tolerance(0.0, "length")))
+        json_ = glb_parts(after)[0]
+        accessor = json_["accessors"][json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]
+        assert accessor["componentType"] == 5122
+        assert json_["bufferViews"][accessor["bufferView"]]["byteStride"] == 8
+        values = glb_values(after, json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
+        assert {tuple(row) for row in values.tolist()} == {tuple(row) for row in (box()[0] * 1000 - 700).tolist()}
+
+    def test_map_coordinates_are_identical(self, tmp_path: Path) -> None:
+        for shift in (500_000.0, 5_000_000.0):
+            document = Gltf()
+            points, faces = fine_box(shift=shift)
+            position = document.accessor(points)
+            document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
+            _, after = light(document.glb(), tmp_path / "out.glb")
+            primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
+            values = glb_values(after, primitive["attributes"]["POSITION"])
+            assert {tuple(row) for row in values.tolist()} <= {tuple(row) for row in points.astype(np.float32).tolist()}
+            assert len(values) == 8
+
+    def test_unknown_extensions_stay_and_are_named(self, tmp_path: Path) -> None:
+        document = Gltf()
+        document.mesh(document.box(fine=True), node={"extensions": {"ACME_sign": {"accessor": 0, "text": "hello"}}})
+        document.json["extensionsUsed"] = ["ACME_sign"]
+        options = Options()
+        scene = read(document.glb(), "glb")
+        lights, _ = simplify_scene(scene, options)
+        written = write_scene(scene, lights, tmp_path / "out.glb", "glb", options)
+        assert any("ACME_sign" in text for text in written.warnings)
+        json_ = glb_parts((tmp_path / "out.glb").read_bytes())[0]
+        assert json_["nodes"] == document.json["nodes"]
+        read(tmp_path / "out.glb", "glb")
+
+    def test_text_gltf_keeps_its_buffer_beside_or_inside(self, tmp_path: Path) -> None:
+        document = Gltf()
+        document.mesh(document.box(fine=True))
+        write(tmp_path / "in.bin", bytes(document.data))
+        for source, beside in ((document.gltf("in.bin"), True), (document.gltf(), False)):
+            path = write(tmp_path / "in.gltf", source)
+            target = tmp_path / "new" / "out.gltf"
+            target.parent.mkdir(exist_ok=True)
+            scene = read(path, "gltf")
+            lights, _ = simplify_scene(scene, Options())
+            write_scene(scene, lights, target, "gltf", Options())
+            uri = json.loads(target.read_text())["buffers"][0]["uri"]
+            assert (uri == "out.bin") == beside
+            assert uri.startswith("data:") != beside
+            assert read(target, "gltf").meshes[0].points.shape == (8, 3)
+
+    def test_images_come_along_to_another_folder_and_go_into_a_glb(self, tmp_path: Path, models: Path) -> None:
+        source = models / "textured" / "kaykit_building_H" / "building_H.gltf"
+        picture = (source.parent / "citybits_texture.png").read_bytes()
+        scene = read(source, "gltf")
+        lights, report = simplify_scene(scene, Options())
+        assert report.passed_on
+        write_scene(scene, lights, tmp_path / "out.gltf", "gltf", Options())
+        assert (tmp_path / "citybits_texture.png").read_bytes() == picture
+        write_scene(scene, lights, tmp_path / "out.glb", "glb", Options())
+        json_, binary = glb_parts((tmp_path / "out.glb").read_bytes())
+        assert "uri" not in json_["images"][0]
+        view = json_["bufferViews"][json_["images"][0]["bufferView"]]
+        assert binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] == picture
+
+    def test_the_tower_stays_one_vertex_buffer(self, tmp_path: Path, models: Path) -> None:
+        scene = read(models / "exact" / "cesium_building_tower.glb", "glb")
+        assert len(scene.meshes[0].points) == 119_547
+        lights, _ = simplify_scene(scene, Options(normals="flat"))
+        write_scene(scene, lights, tmp_path / "out.glb", "glb", Options(normals="flat"))
+        primitives = glb_parts((tmp_path / "out.glb").read_bytes())[0]["meshes"][0]["primitives"]
+        assert primitives[0]["attributes"] == primitives[1]["attributes"]
+
+
+class TestNormals:
+    @pytest.fixture
+    def shaded(self) -> Gltf:
+        """A box with one vertex for each corner of each side, and the sides' normals."""
+        points, faces = box()
+        corners = points[faces].reshape(-1, 3)
+        cross = np.cross(corners[1::3] - corners[::3], corners[2::3] - corners[::3])
+        normals = np.repeat(cross / np.linalg.norm(cross, axis=1)[:, None], 3, axis=0)
+        document = Gltf()
+        attributes = {"POSITION": document.accessor(corners), "NORMAL": document.accessor(normals)}
+        document.mesh({"attributes": attributes})
+        return document
+
+    def test_face_normals_are_dropped_and_the_points_shared(self, shaded: Gltf, tmp_path: Path) -> None:
+        _, after = light(shaded.glb(), tmp_path / "out.glb")
+        primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
+        assert set(primitive["attributes"]) == {"POSITION"}
+        assert len(glb_values(after, primitive["attributes"]["POSITION"])) == 8
+
+    def test_other_normals_are_kept_as_stored(self, shaded: Gltf, tmp_path: Path) -> None:
+        view = shaded.json["bufferViews"][1]
+        tilted = np.tile(np.array([[0.6, 0.0, 0.8]], "<f4"), (36, 1))
+        shaded.data[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] = tilted.tobytes()
+        _, after = light(shaded.glb(), tmp_path / "out.glb")
+        primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
+        normals = glb_values(after, primitive["attributes"]["NORMAL"])
+        assert np.array_equal(normals, tilted[:8])
+
+    def test_smooth_normals_point_out_of_the_corners(self, shaded: Gltf, tmp_path: Path) -> None:
+        _, after = light(shaded.glb(), tmp_path / "out.glb", Options(normals="smooth"))
+        attributes = glb_parts(after)[0]["meshes"][0]["primitives"][0]["attributes"]
+        points, normals = glb_values(after, attributes["POSITION"]), glb_values(after, attributes["NORMAL"])
+        assert np.allclose(normals, (points - 1.0) / np.sqrt(3.0), atol=1e-6)
+
+    @pytest.mark.parametrize("choice", ["flat", "none"])
+    def test_none_are_written_where_none_are_wanted(self, shaded: Gltf, tmp_path: Path, choice: str) -> None:
+        _, after = light(shaded.glb(), tmp_path / "out.glb", Options(normals=choice))
+        assert set(glb_parts(after)[0]["meshes"][0]["primitives"][0]["attributes"]) == {"POSITION"}
