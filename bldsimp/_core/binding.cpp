@@ -94,18 +94,6 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "distance"_a);
 
-  m.def(
-      "find_turned",
-      [](Points3 points, Faces3 faces, Faces3 face_rows, Bytes fixed) {
-        std::vector<Index> turned;
-        {
-          nb::gil_scoped_release release;
-          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), rows<Face>(face_rows), flat(fixed));
-        }
-        return give<Index>(std::move(turned));
-      },
-      "points"_a, "faces"_a, "face_rows"_a, "fixed"_a);
-
   nb::class_<Halfedges> halfedges(m, "Halfedges");
   def_view<Index>(halfedges, "twin", &Halfedges::twin);
   def_view<Index>(halfedges, "group_start", &Halfedges::group_start);
@@ -127,6 +115,18 @@ void bind_mesh(nb::module_& m) {
         return pair_halfedges(rows<Vec3>(points), rows<Face>(faces), flat(row_of_corner), width);
       },
       "points"_a, "faces"_a, "row_of_corner"_a, "width"_a);
+
+  m.def(
+      "find_turned",
+      [](Points3 points, Faces3 faces, const Halfedges& h, Faces3 face_rows, Bytes fixed) {
+        std::vector<Index> turned;
+        {
+          nb::gil_scoped_release release;
+          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), h, rows<Face>(face_rows), flat(fixed));
+        }
+        return give<Index>(std::move(turned));
+      },
+      "points"_a, "faces"_a, "halfedges"_a, "face_rows"_a, "fixed"_a);
 
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
