@@ -101,43 +101,56 @@ std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const In
   return order;
 }
 
-// Faces by their least point, then by the other two: buckets are small, so this is nearly linear.
-void sort_faces(Welded& welded) {
-  const auto less = [&](Index f, Index g) {
-    const Face &a = welded.faces[f], &b = welded.faces[g];
-    const auto [a_low, a_high] = std::minmax(a[1], a[2]);
-    const auto [b_low, b_high] = std::minmax(b[1], b[2]);
-    if (a_low != b_low) return a_low < b_low;
-    if (a_high != b_high) return a_high < b_high;
-    return a[1] != b[1] ? a[1] < b[1] : welded.source[f] < welded.source[g];
+// Whether a face keeps three distinct points; if so, turns it and its rows until the least point leads.
+bool turn_least_first(Face& face, Face& rows, std::span<const Index> point_of_row) {
+  for (int i = 0; i < 3; ++i) face[i] = point_of_row[rows[i]];
+  if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return false;
+  const int least = face[0] < face[1] ? (face[0] < face[2] ? 0 : 2) : (face[1] < face[2] ? 1 : 2);
+  face = {face[least], face[(least + 1) % 3], face[(least + 2) % 3]};
+  rows = {rows[least], rows[(least + 1) % 3], rows[(least + 2) % 3]};
+  return true;
+}
+
+// Faces by their least point, then by the other two, then by the file: buckets are small, so that this is
+// nearly linear. Copies end up side by side; only the first stays.
+void sort_faces(std::span<const Face> input, Welded& welded) {
+  struct Entry {
+    std::uint64_t others;  // lower, then higher of the other two points, then the winding
+    Index source;
+    bool operator<(const Entry& e) const { return others != e.others ? others < e.others : source < e.source; }
   };
-  const Index count = static_cast<Index>(welded.faces.size());
-  std::vector<Index> end(welded.points.size() + 1, 0), order(count);
-  for (const Face& face : welded.faces) ++end[face[0] + 1];
+  const auto& points = welded.point_of_row;
+  std::vector<Index> end(welded.points.size() + 1, 0);
+  Face face;
+  for (Face rows : input)
+    if (turn_least_first(face, rows, points)) ++end[face[0] + 1];
   std::partial_sum(end.begin(), end.end(), end.begin());
-  for (Index f = 0; f < count; ++f) order[end[welded.faces[f][0]]++] = f;  // from start to end of its bucket
+  std::vector<Entry> entries(end.back());
+  for (std::size_t f = 0; f < input.size(); ++f) {
+    Face rows = input[f];
+    if (!turn_least_first(face, rows, points)) continue;
+    const auto [low, high] = std::minmax(face[1], face[2]);
+    const auto key = static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high) << 1;
+    entries[end[face[0]]++] = {key | (face[1] > face[2]), static_cast<Index>(f)};  // from start to end of its bucket
+  }
+  const auto start = [&](std::size_t p) { return p == 0 ? 0 : end[p - 1]; };
   parallel_for(welded.points.size(), [&](std::size_t first, std::size_t last) {
-    for (std::size_t p = first; p < last; ++p)
-      std::sort(order.begin() + (p == 0 ? 0 : end[p - 1]), order.begin() + end[p], less);
+    for (std::size_t p = first; p < last; ++p) std::sort(entries.begin() + start(p), entries.begin() + end[p]);
   });
 
-  std::vector<Face> faces, rows;
-  std::vector<Index> source;
-  faces.reserve(count);
-  rows.reserve(count);
-  source.reserve(count);
-  for (const Index f : order) {
-    if (!faces.empty() && faces.back() == welded.faces[f]) {
-      ++welded.duplicate;
-      continue;
-    }
-    faces.push_back(welded.faces[f]);
-    rows.push_back(welded.rows[f]);
-    source.push_back(welded.source[f]);
+  welded.faces.reserve(entries.size());
+  welded.rows.reserve(entries.size());
+  welded.source.reserve(entries.size());
+  for (const Entry& entry : entries) {
+    Face rows = input[entry.source];
+    turn_least_first(face, rows, points);
+    if (!welded.faces.empty() && welded.faces.back() == face) continue;
+    welded.faces.push_back(face);
+    welded.rows.push_back(rows);
+    welded.source.push_back(entry.source);
   }
-  welded.faces = std::move(faces);
-  welded.rows = std::move(rows);
-  welded.source = std::move(source);
+  welded.degenerate = static_cast<Index>(input.size() - entries.size());
+  welded.duplicate = static_cast<Index>(entries.size() - welded.faces.size());
 }
 
 }  // namespace
@@ -162,25 +175,7 @@ Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double dist
   for (Index& p : welded.point_of_row)
     if (p >= 0) p = point_of_class[p];
 
-  welded.faces.reserve(faces.size());
-  welded.rows.reserve(faces.size());
-  welded.source.reserve(faces.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    Face face;
-    for (int i = 0; i < 3; ++i) face[i] = welded.point_of_row[faces[f][i]];
-    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
-      ++welded.degenerate;
-      continue;
-    }
-    const auto least = std::min_element(face.begin(), face.end()) - face.begin();
-    Face row = faces[f];
-    std::rotate(row.begin(), row.begin() + least, row.end());
-    std::rotate(face.begin(), face.begin() + least, face.end());
-    welded.faces.push_back(face);
-    welded.rows.push_back(row);
-    welded.source.push_back(static_cast<Index>(f));
-  }
-  sort_faces(welded);
+  sort_faces(faces, welded);
   return welded;
 }
 
