@@ -5,6 +5,8 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "parallel.hpp"
+
 namespace bldsimp {
 namespace {
 
@@ -77,39 +79,78 @@ std::vector<Index> merge_near(std::span<const Vec3> points, double distance) {
   return target;
 }
 
-// Faces by their least point, then by the other two: buckets are small, so this is nearly linear.
-void sort_faces(Welded& welded) {
-  const auto key = [&](Index f) {
-    const Face& a = welded.faces[f];
-    return std::array<Index, 5>{a[0], std::min(a[1], a[2]), std::max(a[1], a[2]), a[1], welded.source[f]};
+// Positions in lexicographic order. Most are told apart by x alone, which is kept beside the number.
+std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> first_row) {
+  struct Entry {
+    double x;
+    Index position;
   };
-  const Index count = static_cast<Index>(welded.faces.size());
-  std::vector<Index> start(welded.points.size() + 1, 0);
-  for (const Face& face : welded.faces) ++start[face[0] + 1];
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  std::vector<Index> order(count), cursor(start.begin(), start.end() - 1);
-  for (Index f = 0; f < count; ++f) order[cursor[welded.faces[f][0]]++] = f;
-  for (std::size_t p = 0; p + 1 < start.size(); ++p)
-    std::sort(order.begin() + start[p], order.begin() + start[p + 1],
-              [&](Index f, Index g) { return key(f) < key(g); });
+  std::vector<Entry> entries(first_row.size());
+  for (std::size_t i = 0; i < entries.size(); ++i) entries[i] = {rows[first_row[i]].x, static_cast<Index>(i)};
+  const auto less = [&](const Entry& a, const Entry& b) {
+    return a.x != b.x ? a.x < b.x : lexicographic_less(rows[first_row[a.position]], rows[first_row[b.position]]);
+  };
+  const auto middle = entries.begin() + static_cast<std::ptrdiff_t>(entries.size() / 2);
+  parallel_for(2, [&](std::size_t begin, std::size_t end) {
+    if (begin == 0) std::sort(entries.begin(), middle, less);
+    if (end == 2) std::sort(middle, entries.end(), less);
+  }, entries.size() < least_parallel_work ? 2 : 1);
+  std::inplace_merge(entries.begin(), middle, entries.end(), less);
+  std::vector<Index> order(entries.size());
+  std::transform(entries.begin(), entries.end(), order.begin(), [](const Entry& e) { return e.position; });
+  return order;
+}
 
-  std::vector<Face> faces, rows;
-  std::vector<Index> source;
-  faces.reserve(count);
-  rows.reserve(count);
-  source.reserve(count);
-  for (const Index f : order) {
-    if (!faces.empty() && faces.back() == welded.faces[f]) {
-      ++welded.duplicate;
-      continue;
-    }
-    faces.push_back(welded.faces[f]);
-    rows.push_back(welded.rows[f]);
-    source.push_back(welded.source[f]);
+// Whether a face keeps three distinct points; if so, turns it and its rows until the least point leads.
+bool turn_least_first(Face& face, Face& rows, std::span<const Index> point_of_row) {
+  for (int i = 0; i < 3; ++i) face[i] = point_of_row[rows[i]];
+  if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return false;
+  const int least = face[0] < face[1] ? (face[0] < face[2] ? 0 : 2) : (face[1] < face[2] ? 1 : 2);
+  face = {face[least], face[(least + 1) % 3], face[(least + 2) % 3]};
+  rows = {rows[least], rows[(least + 1) % 3], rows[(least + 2) % 3]};
+  return true;
+}
+
+// Faces by their least point, then by the other two, then by the file: buckets are small, so that this is
+// nearly linear. Copies end up side by side; only the first stays.
+void sort_faces(std::span<const Face> input, Welded& welded) {
+  struct Entry {
+    std::uint64_t others;  // lower, then higher of the other two points, then the winding
+    Index source;
+    bool operator<(const Entry& e) const { return others != e.others ? others < e.others : source < e.source; }
+  };
+  const auto& points = welded.point_of_row;
+  std::vector<Index> end(welded.points.size() + 1, 0);
+  Face face;
+  for (Face rows : input)
+    if (turn_least_first(face, rows, points)) ++end[face[0] + 1];
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  std::vector<Entry> entries(end.back());
+  for (std::size_t f = 0; f < input.size(); ++f) {
+    Face rows = input[f];
+    if (!turn_least_first(face, rows, points)) continue;
+    const auto [low, high] = std::minmax(face[1], face[2]);
+    const auto key = static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high) << 1;
+    entries[end[face[0]]++] = {key | (face[1] > face[2]), static_cast<Index>(f)};  // from start to end of its bucket
   }
-  welded.faces = std::move(faces);
-  welded.rows = std::move(rows);
-  welded.source = std::move(source);
+  const auto start = [&](std::size_t p) { return p == 0 ? 0 : end[p - 1]; };
+  parallel_for(welded.points.size(), [&](std::size_t first, std::size_t last) {
+    for (std::size_t p = first; p < last; ++p) std::sort(entries.begin() + start(p), entries.begin() + end[p]);
+  });
+
+  welded.faces.reserve(entries.size());
+  welded.rows.reserve(entries.size());
+  welded.source.reserve(entries.size());
+  for (const Entry& entry : entries) {
+    Face rows = input[entry.source];
+    turn_least_first(face, rows, points);
+    if (!welded.faces.empty() && welded.faces.back() == face) continue;
+    welded.faces.push_back(face);
+    welded.rows.push_back(rows);
+    welded.source.push_back(entry.source);
+  }
+  welded.degenerate = static_cast<Index>(input.size() - entries.size());
+  welded.duplicate = static_cast<Index>(entries.size() - welded.faces.size());
 }
 
 }  // namespace
@@ -118,11 +159,9 @@ Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double dist
   Welded welded;
   const std::vector<Index> first_row = distinct_positions(rows, faces, welded.point_of_row);
 
-  std::vector<Index> order(first_row.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(),
-            [&](Index a, Index b) { return lexicographic_less(rows[first_row[a]], rows[first_row[b]]); });
+  const std::vector<Index> order = sort_positions(rows, first_row);
   std::vector<Index> point_of_class(order.size());
+  welded.points.reserve(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     point_of_class[order[i]] = static_cast<Index>(i);
     welded.points.push_back(rows[first_row[order[i]]]);
@@ -136,22 +175,7 @@ Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double dist
   for (Index& p : welded.point_of_row)
     if (p >= 0) p = point_of_class[p];
 
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    Face face;
-    for (int i = 0; i < 3; ++i) face[i] = welded.point_of_row[faces[f][i]];
-    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
-      ++welded.degenerate;
-      continue;
-    }
-    const auto least = std::min_element(face.begin(), face.end()) - face.begin();
-    Face row = faces[f];
-    std::rotate(row.begin(), row.begin() + least, row.end());
-    std::rotate(face.begin(), face.begin() + least, face.end());
-    welded.faces.push_back(face);
-    welded.rows.push_back(row);
-    welded.source.push_back(static_cast<Index>(f));
-  }
-  sort_faces(welded);
+  sort_faces(faces, welded);
   return welded;
 }
 
