@@ -15,7 +15,7 @@ from ..tolerance import placed, scale
 from .gltf_body import Body, pack_views, view_json
 from .rounding import best_origin, fallen_together, single_rounding
 from .sheet import Sheet, sheet
-from .surface import Material
+from .surface import Material, shown
 
 
 @dataclass
@@ -109,7 +109,7 @@ class Pictures:
                 metallic["baseColorTexture"] = {"index": self._texture(str(texture))}
             entry: dict[str, Any] = {"pbrMetallicRoughness": metallic}
             if material.name:
-                entry = {"name": material.name, **entry}
+                entry = {"name": shown(material.name), **entry}
             self.json.setdefault("materials", []).append(entry)
             self._numbers[key] = len(self.json["materials"]) - 1
         return self._numbers[key]
@@ -118,7 +118,7 @@ class Pictures:
         if name not in self._textures:
             media, data = self.images[name]
             self.data.append(data)
-            self.json.setdefault("images", []).append({"name": name, "mimeType": media})
+            self.json.setdefault("images", []).append({"name": shown(name), "mimeType": media})
             self.json.setdefault("textures", []).append({"source": len(self.data) - 1})
             self._textures[name] = len(self.json["textures"]) - 1
         return self._textures[name]

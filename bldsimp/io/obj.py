@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..rows import distinct_rows
 from ..scene import Mesh, Part
 from .mtl import read_materials
-from .surface import Material, Polygons, Stored, polygon_mesh
+from .surface import Material, Polygons, Stored, polygon_mesh, shown
 from .text import numbers, ragged, table
 
 Index = NDArray[np.int64]
@@ -32,7 +32,7 @@ class State:
 
     def name(self) -> str:
         """The part as the user knows it."""
-        return " / ".join(text for text in (self.object, self.group, self.material) if text) or "mesh"
+        return " / ".join(shown(text) for text in (self.object, self.group, self.material) if text) or "mesh"
 
 
 @dataclass
@@ -74,12 +74,14 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     normals = table([lines[i][3:] for i in np.flatnonzero(keys == b"vn")])
     states, part = _states(lines, keys, where_faces)
     row_triples, corners = _rows(triples, len(positions))
-    libraries = [lines[i][7:].strip().decode("utf-8", "replace") for i in np.flatnonzero(keys == b"mtllib")]
+    libraries = [
+        lines[i][7:].strip().decode("utf-8", "surrogateescape") for i in np.flatnonzero(keys == b"mtllib")
+    ]
     materials = read_materials(libraries, beside)
     parts = [Part(state.name(), source=ObjPart(state, materials.get(state.material))) for state in states]
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
     mesh = polygon_mesh(
-        states[0].object if states else "",
+        shown(states[0].object) if states else "",
         positions[row_triples[:, 0]],
         Polygons(offsets, corners.astype(np.int32), part),
         parts,

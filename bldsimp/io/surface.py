@@ -20,6 +20,11 @@ LARGEST_COORDINATE = 1e100
 """Beyond this, products of coordinates leave the range of double precision."""
 
 
+def shown(name: str) -> str:
+    """A name as text that every encoding takes: bytes that were no UTF-8 become question marks."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
 @dataclass
 class Polygons:
     """Faces as the file has them.

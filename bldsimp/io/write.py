@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
+from urllib.parse import quote, unquote
 
 import numpy as np
 
@@ -180,9 +181,8 @@ def _gltf_files(
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
     if json_.get("buffers"):
         name = _buffer_name(scene, main)
-        uri = (
-            "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else name
-        )
+        inside = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
+        uri = inside if embedded else quote(name)
         json_["buffers"][0] = {"uri": uri, **json_["buffers"][0]}
         if not embedded:
             beside[main.with_name(name)] = binary
@@ -193,15 +193,17 @@ def _gltf_files(
 
 def _buffer_name(scene: Scene, main: Path) -> str:
     """The buffer's file: the source's own where the document is written over itself."""
-    if (
-        scene.path is not None
-        and isinstance(scene.source, Document)
-        and scene.path.resolve() == main.resolve()
-    ):
-        uris = [entry.get("uri", "") for entry in scene.source.items("buffers")]
-        if len(uris) == 1 and uris[0] and "/" not in uris[0] and not uris[0].startswith("data:"):
-            return str(uris[0])
-    return main.stem + ".bin"
+    own = main.stem + ".bin"
+    if scene.path is None or not isinstance(scene.source, Document):
+        return own
+    uris = [str(entry.get("uri", "")) for entry in scene.source.items("buffers")]
+    beside = [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
+    if scene.path.resolve() == main.resolve():
+        return beside[0] if len(beside) == 1 and "/" not in beside[0] else own
+    # The input must still be whole afterwards.
+    while any((scene.path.parent / name).resolve() == main.with_name(own).resolve() for name in beside):
+        own = f"light_{own}"
+    return own
 
 
 def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
