@@ -150,6 +150,12 @@ class TestObj:
         assert mesh.parts[0].attributes == ("colour",)
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
 
+    def test_short_normals_and_texture_coordinates_are_filled_up(self) -> None:
+        mesh = mesh_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvn 0 1\nf 1/1/1 2/1/1 3/1/1\n", "obj")
+        assert mesh.normals is not None
+        assert mesh.normals.tolist() == [[0, 1, 0]] * 3
+        assert mesh.source.carried["TEXCOORD_0"].tolist() == [[0.5, 0]] * 3
+
     def test_lines_and_curves_are_told(self) -> None:
         scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nl 2 3\n", "obj")
         assert scene.warnings == ["2 OBJ lines that start with 'l' were left out"]
@@ -235,7 +241,7 @@ BROKEN = {
     "an OBJ of words": ("obj", "v zero 0 0\nf 1 1 1\n", "'zero' is not a number"),
     "a PLY without header": ("ply", "plywood", "no PLY header"),
     "a PLY of a kind unknown": ("ply", "ply\nformat morse 1.0\nend_header\n", "'morse'"),
-    "a PLY of types unknown": ("ply", "ply\nformat ascii 1.0\nelement v 1\nproperty quad x\nend_header\n", "quad"),
+    "a PLY of odd types": ("ply", "ply\nformat ascii 1.0\nelement v 1\nproperty quad x\nend_header\n", "x"),
     "an OFF without header": ("off", "3 1 0\n", "no OFF header"),
     "an OFF cut short": ("off", off_text(*box())[:-20], "ends early"),
     "an OFF in binary": ("off", "OFF BINARY\n", "binary OFF"),

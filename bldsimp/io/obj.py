@@ -70,8 +70,8 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     sizes, triples = _corners([lines[i][2:] for i in where_faces])
     counts = [len(positions), int(np.sum(keys == b"vt")), int(np.sum(keys == b"vn"))]
     _absolute(triples, sizes, where_faces, keys, counts)
-    textures = table([lines[i][3:] for i in np.flatnonzero(keys == b"vt")])[:, :2]
-    normals = table([lines[i][3:] for i in np.flatnonzero(keys == b"vn")])
+    textures = _wide(table([lines[i][3:] for i in np.flatnonzero(keys == b"vt")]), 2)
+    normals = _wide(table([lines[i][3:] for i in np.flatnonzero(keys == b"vn")]), 3)
     states, part = _states(lines, keys, where_faces)
     row_triples, corners = _rows(triples, len(positions))
     libraries = [
@@ -94,7 +94,7 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     if colors is not None:
         stored.carried["COLOR_0"] = colors[row_triples[:, 0]]
     if np.any(row_triples[:, 2] >= 0):
-        mesh.normals = np.nan_to_num(_taken(normals[:, :3], row_triples[:, 2]), posinf=0.0, neginf=0.0)
+        mesh.normals = np.nan_to_num(_taken(normals, row_triples[:, 2]))
     _name_attributes(mesh, row_triples[:, 1] >= 0, colors)
     return [mesh]
 
@@ -223,6 +223,14 @@ def _states(
         if used[run]:
             of_run[run] = states.setdefault(State(**current), len(states))
     return list(states), of_run[runs]
+
+
+def _wide(values: NDArray[np.float64], width: int) -> NDArray[np.float64]:
+    """So many columns; numbers that a line leaves out are 0, as OBJ has it for texture coordinates."""
+    full = np.zeros((len(values), width))
+    shared = min(width, values.shape[1])
+    full[:, :shared] = np.nan_to_num(values[:, :shared], posinf=0.0, neginf=0.0)
+    return full
 
 
 def _taken(values: NDArray[np.float64], index: Index) -> NDArray[np.float64]:
