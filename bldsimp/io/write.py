@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
@@ -23,7 +24,7 @@ from .mtl import material_library
 from .obj_write import obj_text
 from .plain_write import off_text, ply_bytes, stl_bytes
 from .ply import PlyFormat
-from .rounding import single_rounding
+from .rounding import fallen_together, single_rounding
 from .sheet import Sheet, instance, sheet
 from .surface import Polygons, Stored
 from .target import replace_files
@@ -132,7 +133,9 @@ def _files(
     elif format_ == "off":
         data, written.vertices = off_text(sheets, with_normals=scene.format == "off")
     else:
-        _warn_of_stl(scene, sheets, written)
+        used = [one.points[one.used()] for one in sheets]
+        written.rounding = max(map(single_rounding, used))
+        _warn_of_rounding(scene, "STL", sum(map(fallen_together, used)), written)
         data, written.vertices = stl_bytes([_triangles(one) for one in sheets])
     written.bytes = len(data)
     return {main: data}
@@ -165,7 +168,9 @@ def _gltf_files(
             beside = copies(json_, scene.path, main, written.warnings)
     else:
         images = obj_pictures(scene, options, written.warnings)
-        json_, binary, written.vertices, written.rounding = new_document(scene, lights, options, images)
+        json_, binary, made = new_document(scene, lights, options, images)
+        written.vertices, written.rounding = made.vertices, made.rounding
+        _warn_of_rounding(scene, "glTF", made.fallen, written)
         written.warnings += gltf_losses(scene, options)
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
@@ -223,13 +228,16 @@ def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyForma
     return PlyFormat(encoding, double)
 
 
-def _warn_of_stl(scene: Scene, sheets: list[Sheet], written: Written) -> None:
-    """Say how far single precision moves the points."""
-    written.rounding = max(single_rounding(one.points[one.used()]) for one in sheets)
+def _warn_of_rounding(scene: Scene, format_: str, fallen: int, written: Written) -> None:
+    """Say what single precision did to the points, where that is more than the file's own numbers do."""
+    if not math.isfinite(written.rounding):
+        raise OutputError(f"the coordinates are too large for {format_}: write PLY, OBJ or OFF")
+    if fallen:
+        written.warnings.append(f"{fallen:,} points fell together in the single precision of {format_}")
     if written.rounding > max(epsilon(scene), AUTO_DIAGONAL * diagonal(scene)):
         written.warnings.append(
-            f"STL stores single precision: points moved by up to {written.rounding:.3g};"
-            " PLY, OBJ, OFF and GLB keep such coordinates"
+            f"{format_} stores single precision: points moved by up to {written.rounding:.3g};"
+            " PLY, OBJ and OFF keep such coordinates"
         )
 
 
