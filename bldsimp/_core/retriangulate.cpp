@@ -104,6 +104,15 @@ class Retriangulator {
     return id;
   }
 
+  // Both sides of a sheet are triangulated in the projection of the first, so that ties among points on one
+  // circle fall alike and the diagonals of one side never cross those of the other.
+  Index front_of(Index facet) const {
+    const Index back = parts_.outlines.back[facet];
+    return back >= 0 && back < facet ? back : facet;
+  }
+  bool is_behind(Index facet) const { return front_of(facet) != facet; }
+  Face own_winding(Index facet, const Face& t) const { return is_behind(facet) ? Face{t[0], t[2], t[1]} : t; }
+
   void collect_segments(Index facet) {
     point_of_local_.clear();
     segments_.clear();
@@ -113,7 +122,7 @@ class Retriangulator {
       for (Index i = runs_.piece_start[chain]; i < runs_.piece_start[chain + 1]; ++i) {
         const Piece& piece = parts_.pieces[i];
         const Index from = local(piece.from), to = local(piece.to);
-        segments_.push_back(forward ? std::array{from, to} : std::array{to, from});
+        segments_.push_back(forward != is_behind(facet) ? std::array{from, to} : std::array{to, from});
         piece_of_segment_.push_back(i);
       }
     }
@@ -123,8 +132,10 @@ class Retriangulator {
       local((*at)[1]);
   }
 
-  // A facet whose pieces all lie on one another has vanished from both sides.
+  // A facet whose pieces all lie on one another has vanished from both sides. One without an outline is
+  // a component by itself, closed and without a plane, and there is no neighbour to close up in its place.
   bool has_vanished() const {
+    if (segments_.empty()) return false;
     std::vector<std::array<Index, 2>> there(segments_), back(segments_);
     for (auto& segment : back) std::swap(segment[0], segment[1]);
     std::sort(there.begin(), there.end());
@@ -134,9 +145,10 @@ class Retriangulator {
 
   Outcome triangulate(Index facet, Patches& patches) {
     if (has_vanished()) return Outcome::done;
-    const Plane& plane = parts_.planes[facet];
-    if (plane.normal == Vec3{0, 0, 0}) return Outcome::mismatch;
-    const Projection projection(plane.normal, parts_.points[point_of_local_[0]]);
+    const Plane& plane = parts_.planes[front_of(facet)];
+    if (plane.normal == Vec3{0, 0, 0} || segments_.empty()) return Outcome::mismatch;
+    const Index least = *std::min_element(point_of_local_.begin(), point_of_local_.end());
+    const Projection projection(plane.normal, parts_.points[least]);
     flat_.clear();
     lift_.clear();
     for (const Index p : point_of_local_) {
@@ -155,7 +167,7 @@ class Retriangulator {
     if (find_touching(facet, patches)) return Outcome::crossing;
     if (!area_agrees(facet, projection)) return Outcome::mismatch;
     for (const auto& t : triangulator_.triangles())
-      emit(facet, {point_of_local_[t[0]], point_of_local_[t[1]], point_of_local_[t[2]]}, patches);
+      emit(facet, own_winding(facet, {point_of_local_[t[0]], point_of_local_[t[1]], point_of_local_[t[2]]}), patches);
     return Outcome::done;
   }
 
@@ -191,7 +203,7 @@ class Retriangulator {
     double before = 0, after = 0, absolute = 0, moved = 0;
     const auto at = [&](Index p) { return parts_.points[p]; };
     for (const Index f : faces_of(facet)) {
-      const Face& face = parts_.faces[f];
+      const Face face = own_winding(facet, parts_.faces[f]);
       const double area = projection.twice_area(at(face[0]), at(face[1]), at(face[2]));
       before += area;
       absolute += std::abs(area);
