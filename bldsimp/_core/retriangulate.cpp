@@ -65,7 +65,7 @@ struct Runs {
 class Retriangulator {
  public:
   Retriangulator(const FacetParts& parts, const Runs& runs)
-      : parts_(parts), runs_(runs), local_of_point_(parts.points.size(), -1) {}
+      : parts_(parts), runs_(runs), local_of_point_(parts.points.size(), -1), facet_of_point_(parts.points.size(), -1) {}
 
   void run(Index facet, bool keep, Patches& patches) {
     if (keep || nothing_dropped(facet)) {
@@ -144,7 +144,7 @@ class Retriangulator {
   }
 
   Outcome triangulate(Index facet, Patches& patches) {
-    if (has_vanished()) return Outcome::done;
+    if (has_vanished()) return euler_agrees(facet, 0) ? Outcome::done : Outcome::mismatch;
     const Plane& plane = parts_.planes[front_of(facet)];
     if (plane.normal == Vec3{0, 0, 0} || segments_.empty()) return Outcome::mismatch;
     const Index least = *std::min_element(point_of_local_.begin(), point_of_local_.end());
@@ -165,7 +165,8 @@ class Retriangulator {
       return Outcome::crossing;
     }
     if (find_touching(facet, patches)) return Outcome::crossing;
-    if (!area_agrees(facet, projection)) return Outcome::mismatch;
+    if (!euler_agrees(facet, triangulator_.triangles().size()) || !area_agrees(facet, projection))
+      return Outcome::mismatch;
     for (const auto& t : triangulator_.triangles())
       emit(facet, own_winding(facet, {point_of_local_[t[0]], point_of_local_[t[1]], point_of_local_[t[2]]}), patches);
     return Outcome::done;
@@ -199,6 +200,27 @@ class Retriangulator {
     return touching;
   }
 
+  // Whether the facet, cut open along its outline, has the Euler characteristic that it had. With that its
+  // rings bound as many pieces as before: a ring that is turned over in the projection, or a neck that
+  // closes, would make pieces of their own.
+  bool euler_agrees(Index facet, std::size_t triangles) {
+    std::int64_t points = 0, outline = 0;
+    for (const Index f : faces_of(facet))
+      for (const Index p : parts_.faces[f])
+        if (facet_of_point_[p] != facet) {
+          facet_of_point_[p] = facet;
+          ++points;
+        }
+    for (Index u = runs_.use_start[facet]; u < runs_.use_start[facet + 1]; ++u) {
+      const Index chain = runs_.chain_uses[u].first;
+      outline += parts_.outlines.chain_start[chain + 1] - parts_.outlines.chain_start[chain] - 1;
+    }
+    // Points - edges + triangles, where 2 edges = 3 triangles + edges of the outline; twice.
+    const auto twice_euler = [](std::int64_t p, std::int64_t t, std::int64_t o) { return 2 * p - t - o; };
+    return twice_euler(points, std::ssize(faces_of(facet)), outline) ==
+           twice_euler(std::ssize(point_of_local_), static_cast<std::int64_t>(triangles), std::ssize(segments_));
+  }
+
   bool area_agrees(Index facet, const Projection& projection) const {
     double before = 0, after = 0, absolute = 0, moved = 0;
     const auto at = [&](Index p) { return parts_.points[p]; };
@@ -225,6 +247,7 @@ class Retriangulator {
   const Runs& runs_;
   Triangulator triangulator_;
   std::vector<Index> local_of_point_;
+  std::vector<Index> facet_of_point_;  // the facet whose points were counted last
   std::vector<Index> point_of_local_;
   std::vector<std::array<Index, 2>> segments_;
   std::vector<Index> piece_of_segment_;
