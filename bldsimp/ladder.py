@@ -124,11 +124,9 @@ class _Ladder:
     def _begin(self) -> None:
         """Trace the outlines of the parts as they are now."""
         count = len(self.facets.planes)
-        part_of_face = self.facets.facet_of_face
         self.outlines = _core.trace_outlines(self.faces, len(self.points), self.halfedges, self.facets, self.keep)
         self._index_chains(count)
-        self.face_order = np.argsort(part_of_face, kind="stable").astype(np.int32)
-        self.face_start = _starts(np.bincount(part_of_face, minlength=count))
+        self.face_start, self.face_order = _core.group_faces(self.facets)
         planes = self.facets.planes
         self.widths = planes[:, 4] - planes[:, 3] if self.tolerance > 0 else np.zeros(count)
         self.limit = np.sqrt(np.maximum(self.tolerance**2 - self._greatest_of_chain(self.widths) ** 2, 0.0))

@@ -12,7 +12,7 @@ from . import _core
 from .ladder import Assembled, climb
 from .options import NEEDLE_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
-from .scene import Faces, Light, Mesh
+from .scene import Faces, Light, Mesh, Points
 
 Indices = NDArray[np.int32]
 
@@ -48,7 +48,7 @@ class Outcome:
     """
 
     light: Light
-    points: NDArray[np.float64]
+    points: Points
     triangles: Faces
     facet_of_triangle: Indices
     facet_of_face: Indices
@@ -91,12 +91,11 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = Options()) ->
     points = welded.points
     part = mesh.part_of_face[welded.source]
     pinned = passed_on[part]
-    faces, rows, turned = _orient(welded, pinned)
 
-    origin, diagonal, slack = _frame(points)
+    origin, diagonal, slack = _frame(mesh.box)
     within = tolerance - slack - welded.moved if tolerance > 2 * slack + welded.moved else 0.0
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
-    halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
+    faces, rows, halfedges, turned = _oriented(welded, pinned, width)
     label = np.where(pinned, np.int32(-1), part)
     facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle)
     frozen = np.zeros(len(facets.planes), np.uint8)
@@ -140,25 +139,28 @@ def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int
     )
 
 
-def _orient(welded: _core.Welded, pinned: NDArray[np.bool_]) -> tuple[Faces, Faces, int]:
-    """Faces and their rows with consistent, outward winding, and how many faces that turned."""
-    turned = _core.find_turned(welded.points, welded.faces, welded.rows, pinned.astype(np.uint8))
-    if not len(turned):
-        return welded.faces, welded.rows, 0
-    faces, rows = welded.faces.copy(), welded.rows.copy()
-    for corners in (faces, rows):
-        corners[turned] = corners[turned][:, [0, 2, 1]]
-    return faces, rows, len(turned)
+def _oriented(
+    welded: _core.Welded, pinned: NDArray[np.bool_], width: float
+) -> tuple[Faces, Faces, _core.Halfedges, int]:
+    """Faces, their rows and halfedges with consistent, outward winding, and how many faces that turned."""
+    points, faces, rows = welded.points, welded.faces, welded.rows
+    halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
+    turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
+    if len(turned):
+        faces, rows = faces.copy(), rows.copy()
+        for corners in (faces, rows):
+            corners[turned] = corners[turned][:, [0, 2, 1]]
+        halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
+    return faces, rows, halfedges, len(turned)
 
 
-def _frame(points: NDArray[np.float64]) -> tuple[tuple[float, float, float], float, float]:
-    """Middle and diagonal of the box of the points, and how far rounding blurs a distance there."""
-    if not len(points):
+def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
+    """Middle and diagonal of a box, and how far rounding blurs a distance there."""
+    if not np.isfinite(box).all():
         return (0.0, 0.0, 0.0), 0.0, 0.0
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = box
     x, y, z = (float(v) for v in low + (high - low) / 2)
-    slack = 2 * float(np.spacing(np.abs(points).max()))
-    return (x, y, z), math.dist(low, high), slack
+    return (x, y, z), math.dist(low, high), 2 * float(np.spacing(np.abs(box).max()))
 
 
 def _in_rows(

@@ -175,8 +175,8 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
     for total, own in ((report.before, outcome.before), (report.after, outcome.after)):
         for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
             setattr(total, name, getattr(total, name) + getattr(own, name))
-    report.before.vertices += _used_rows(mesh, mesh.faces)
-    report.after.vertices += _used_rows(mesh, outcome.light.faces)
+    report.before.vertices += len(mesh.used_points)
+    report.after.vertices += len(np.unique(outcome.light.faces))
     report.facets += len(outcome.rung)
     rungs = np.bincount(outcome.rung, minlength=len(Rung))
     for rung in Rung:
@@ -189,12 +189,6 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
     report.duplicate += outcome.duplicate
 
 
-def _used_rows(mesh: Mesh, faces: Faces) -> int:
-    used = np.zeros(len(mesh.points), bool)
-    used[faces] = True
-    return int(np.count_nonzero(used))
-
-
 def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
     """A scene of one mesh, its arrays checked and cast."""
     own: Points = np.ascontiguousarray(points, np.float64)
@@ -203,12 +197,13 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
         raise InputError(f"points have shape {own.shape}: give (n, 3)")
     if corners.ndim != 2 or corners.shape[1] != 3 or not np.issubdtype(corners.dtype, np.integer):
         raise InputError(f"faces have shape {corners.shape} and type {corners.dtype}: give (m, 3) integers")
-    outside = np.flatnonzero(((corners < 0) | (corners >= len(own))).any(axis=1))
-    if len(outside):
+    if corners.size and (corners.min() < 0 or corners.max() >= len(own)):
+        outside = np.flatnonzero(((corners < 0) | (corners >= len(own))).any(axis=1))
         raise InputError(f"faces {outside[:10].tolist()} use points that are not there: there are {len(own)}")
-    loose = np.intersect1d(np.flatnonzero(~np.isfinite(own).all(axis=1)), corners)
-    if len(loose):
-        raise InputError(f"points {loose[:10].tolist()} are used by faces and not finite")
+    if not np.isfinite(own).all():
+        loose = np.intersect1d(np.flatnonzero(~np.isfinite(own).all(axis=1)), corners)
+        if len(loose):
+            raise InputError(f"points {loose[:10].tolist()} are used by faces and not finite")
     with np.errstate(over="ignore"):
         single = bool(np.array_equal(own.astype(np.float32).astype(np.float64), own, equal_nan=True))
     mesh = Mesh(

@@ -58,10 +58,10 @@ def check_triangulation(result: Triangulation) -> None:
         _check_hull(result, edges, loops)
 
 
-def _require(broken: Flags, message: str) -> None:
+def _require(broken: Flags | np.bool_, message: str) -> None:
     """Raise with the first row at which `broken` holds."""
-    if broken.any():
-        rows = np.flatnonzero(broken)
+    rows = np.flatnonzero(broken)
+    if len(rows):
         raise InternalError(f"{message}: {rows[0]}" + (f" and {len(rows) - 1} more" if len(rows) > 1 else ""))
 
 
@@ -74,7 +74,7 @@ def _check_rows(result: Triangulation) -> None:
 
 
 def _check_neighbours(edges: _Halfedges) -> None:
-    _require(np.bincount(np.unique(edges.key, return_inverse=True)[1])[:] > 1, "directed edge used twice")
+    _require(np.bincount(np.unique(edges.key, return_inverse=True)[1]) > 1, "directed edge used twice")
     expected = np.where(edges.twin < 0, -1, edges.twin // 3)
     _require(expected != edges.across, "neighbour across a halfedge is wrong")
 
@@ -204,5 +204,8 @@ def _check_empty(result: Triangulation) -> None:
     different = np.flatnonzero((result.points != result.points[0]).any(axis=1))
     if len(different) == 0:
         return
-    first, second = (np.ascontiguousarray(np.broadcast_to(result.points[i], result.points.shape)) for i in (0, different[0]))
+    first, second = (
+        np.ascontiguousarray(np.broadcast_to(result.points[i], result.points.shape))
+        for i in (0, different[0])
+    )
     _require(_core.orient2d(first, second, np.ascontiguousarray(result.points)) != 0, "no triangle at point")

@@ -10,10 +10,15 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 
+def models_folder() -> Path:
+    """Where the third-party models are, if they are; for tests made one per file."""
+    return Path(os.environ.get("BLDSIMP_MODELS") or ROOT.parent / "shared" / "models")
+
+
 @pytest.fixture(scope="session")
 def models() -> Path:
     """Folder of third-party models, which are not part of the repository."""
-    folder = Path(os.environ.get("BLDSIMP_MODELS") or ROOT.parent / "shared" / "models")
+    folder = models_folder()
     if not folder.is_dir():
         pytest.skip("no third-party models: set BLDSIMP_MODELS to their folder")
     return folder

@@ -7,8 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from shapes import (
-    FAR, Gltf, box, box_quads, concave_polygon_obj, fine_box, obj_text, off_text, open_cone, ply_bytes, stl_text,
-    triangle_set, write,
+    FAR,
+    Gltf,
+    box,
+    box_quads,
+    concave_polygon_obj,
+    fine_box,
+    obj_text,
+    off_text,
+    open_cone,
+    ply_bytes,
+    stl_text,
+    triangle_set,
+    write,
 )  # fmt: skip
 
 from bldsimp import InputError, Mesh, Scene
@@ -114,7 +125,9 @@ class TestObj:
         assert scene.warnings == ["2 faces with fewer than three distinct corners were left out"]
 
     def test_corner_forms_may_differ_within_a_file(self) -> None:
-        text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1 2 3\nf 1//1 2//1 3//1\nf 1/1 3/1/1 4\n"
+        text = (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1 2 3\nf 1//1 2//1 3//1\nf 1/1 3/1/1 4\n"
+        )
         mesh = mesh_of(text, "obj")
         assert len(mesh.faces) == 3
         assert mesh.parts[0].attributes == ("vt",)

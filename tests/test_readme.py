@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -24,12 +26,21 @@ def test_the_python_example_prints_what_its_comment_says(
     assert (tmp_path / "building_a_light.ply").stat().st_size > 0
 
 
+def test_the_summary_of_the_first_run_is_real(tmp_path: Path, data: Path) -> None:
+    shown = README.split("The first one ends with:\n\n```\n")[1].split("```")[0]
+    target = tmp_path / "light.glb"
+    command = [Path(sys.executable).parent / "bldsimp", "simplify", data / "building_a.glb", target]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stderr
+    timeless = [re.sub(r"(seconds +).*", r"\1", text) for text in (shown, printed)]
+    assert timeless[0] == timeless[1]
+
+
 @pytest.mark.parametrize("target", sorted(set(re.findall(r"\]\(([^):#]+)\)", README))))
 def test_links_lead_somewhere(target: str) -> None:
     assert (ROOT / target).exists()
 
 
-def test_the_two_commands_exist_and_are_shell(data: Path) -> None:
+def test_the_two_commands_exist_and_are_shell() -> None:
     commands = re.findall(r"^sh (\S+\.sh)", README, re.MULTILINE)
     assert len(commands) == 2
     for command in commands:

@@ -6,9 +6,11 @@
 #include <nanobind/stl/tuple.h>
 
 #include <optional>
+#include <tuple>
 
 #include "cdt.hpp"
 #include "facets.hpp"
+#include "farthest.hpp"
 #include "halfedges.hpp"
 #include "orient.hpp"
 #include "outlines.hpp"
@@ -94,18 +96,6 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "distance"_a);
 
-  m.def(
-      "find_turned",
-      [](Points3 points, Faces3 faces, Faces3 face_rows, Bytes fixed) {
-        std::vector<Index> turned;
-        {
-          nb::gil_scoped_release release;
-          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), rows<Face>(face_rows), flat(fixed));
-        }
-        return give<Index>(std::move(turned));
-      },
-      "points"_a, "faces"_a, "face_rows"_a, "fixed"_a);
-
   nb::class_<Halfedges> halfedges(m, "Halfedges");
   def_view<Index>(halfedges, "twin", &Halfedges::twin);
   def_view<Index>(halfedges, "group_start", &Halfedges::group_start);
@@ -128,6 +118,18 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "row_of_corner"_a, "width"_a);
 
+  m.def(
+      "find_turned",
+      [](Points3 points, Faces3 faces, const Halfedges& h, Faces3 face_rows, Bytes fixed) {
+        std::vector<Index> turned;
+        {
+          nb::gil_scoped_release release;
+          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), h, rows<Face>(face_rows), flat(fixed));
+        }
+        return give<Index>(std::move(turned));
+      },
+      "points"_a, "faces"_a, "halfedges"_a, "face_rows"_a, "fixed"_a);
+
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
   def_view<double>(facets, "planes", &Facets::planes);
@@ -141,6 +143,13 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
 
+  m.def(
+      "group_faces",
+      [](const Facets& all) {
+        Grouped grouped = group_faces(all);
+        return nb::make_tuple(give<Index>(std::move(grouped.start)), give<Index>(std::move(grouped.order)));
+      },
+      "facets"_a);
   m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
 
   nb::class_<Outlines> outlines(m, "Outlines");
@@ -246,6 +255,14 @@ void bind_mesh(nb::module_& m) {
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
   m.def(
+      "farthest",
+      [](Points3 queries, Points3 points, Faces3 faces, double limit) {
+        nb::gil_scoped_release release;
+        return farthest(rows<Vec3>(queries), rows<Vec3>(points), rows<Face>(faces), limit);
+      },
+      "queries"_a, "points"_a, "faces"_a, "limit"_a);
+
+  m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, Faces3 face_rows, Indices facet_of_face,
          Bytes kept) {
@@ -285,8 +302,8 @@ void check_range(std::span<const Index> indices, std::size_t count) {
 
 // (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
 // statistics); nothing after the points counts where segments cross.
-nb::tuple triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
-                      const std::optional<Doubles>& lift) {
+auto triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
+                 const std::optional<Doubles>& lift) {
   check_finite({points.data(), points.size()});
   check_range({segments.data(), segments.size()}, points.shape(0));
   if (lift && lift->shape(0) != points.shape(0)) throw nb::value_error("one lift per point");
@@ -303,15 +320,15 @@ nb::tuple triangulate(const Points2& points, const Pairs& segments, bool carve, 
     status = triangulator.run(rows<Point2>(points), rows<Triangulator::Segment>(segments),
                               {carve, split_crossings, lift ? lift->data() : nullptr});
   }
-  nb::object crossing = nb::none();
-  if (status == Status::crossing) crossing = nb::make_tuple(triangulator.crossing()[0], triangulator.crossing()[1]);
+  std::optional<std::tuple<Index, Index>> crossing;
+  if (status == Status::crossing) crossing = {triangulator.crossing()[0], triangulator.crossing()[1]};
   const Statistics& counts = triangulator.statistics();
   Triangulator::Result result = triangulator.release();
-  return nb::make_tuple(
+  return std::tuple(
       crossing, give<double>(std::move(result.points)), give<Index>(std::move(result.triangles)),
       give<Index>(std::move(result.neighbours)), give<Index>(std::move(result.point_of_input)),
       give<Index>(std::move(result.pieces)),
-      nb::make_tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips));
+      std::tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips));
 }
 
 void bind_triangulation(nb::module_& m) {
@@ -326,7 +343,7 @@ void bind_triangulation(nb::module_& m) {
           nb::gil_scoped_release release;
           result = triangulate_polygons(rows<Point3>(points), flat(offsets), flat(corners));
         }
-        return nb::make_tuple(give<Index>(std::move(result.faces)), give<Index>(std::move(result.polygon_of_face)));
+        return std::tuple(give<Index>(std::move(result.faces)), give<Index>(std::move(result.polygon_of_face)));
       },
       "points"_a, "offsets"_a, "corners"_a);
   m.def(

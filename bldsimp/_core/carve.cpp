@@ -69,17 +69,17 @@ void Triangulator::emit_pieces(std::span<const Segment> segments) {
       for (Index use = net_.mark(h); use >= 0; use = use_[use].next)
         pieces_.push_back({input_[net_.origin(h)], input_[net_.target(h)], use_[use].segment});
     }
-  for (Piece& piece : pieces_) {
-    const auto& [from, to] = segments[piece.segment];
-    const bool rising = lexicographically_less(points_[from], points_[to]);
-    if (lexicographically_less(points_[piece.a], points_[piece.b]) != rising) std::swap(piece.a, piece.b);
-  }
+  // A bent segment stays within boxes, so it is monotone in x and in y.
+  const auto before = [&](Index segment, Index p, Index q) {
+    const Point2 &from = points_[segments[segment][0]], &to = points_[segments[segment][1]];
+    const Point2 &first = points_[p], &second = points_[q];
+    if (first.x != second.x) return (first.x < second.x) == (from.x < to.x);
+    return first.y != second.y && (first.y < second.y) == (from.y < to.y);
+  };
+  for (Piece& piece : pieces_)
+    if (!before(piece.segment, piece.a, piece.b)) std::swap(piece.a, piece.b);
   std::sort(pieces_.begin(), pieces_.end(), [&](const Piece& p, const Piece& q) {
-    if (p.segment != q.segment) return p.segment < q.segment;
-    const auto& [from, to] = segments[p.segment];
-    const bool rising = lexicographically_less(points_[from], points_[to]);
-    return rising ? lexicographically_less(points_[p.a], points_[q.a])
-                  : lexicographically_less(points_[q.a], points_[p.a]);
+    return p.segment != q.segment ? p.segment < q.segment : before(p.segment, p.a, q.a);
   });
 }
 

@@ -68,7 +68,7 @@ int Triangulator::direction(Index h, const Point2& target) {
   const double determinant = left - right;
   const double bound = filter::orient2d * (std::abs(left) + std::abs(right)) + filter::floor2;
   if (std::abs(determinant) > bound) {
-    const bool told = (left < 0.0) != (right < 0.0);
+    const bool told = ((left < 0.0) & (right > 0.0)) | ((left > 0.0) & (right < 0.0));
     statistics_.by_poles += told;
     statistics_.by_determinant += !told;
     return determinant > 0.0 ? 1 : -1;

@@ -1,11 +1,13 @@
 #include "facets.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 #include <numeric>
 #include <queue>
 #include <tuple>
 
+#include "parallel.hpp"
 #include "plane_fit.hpp"
 #include "predicates.hpp"
 
@@ -60,38 +62,44 @@ class FacetFinder {
 
  private:
   Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
-  Vec3 area_vector(Index f) const { return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0)); }
-  Vec3 apex(Index h) const { return points_[faces_[h / 3][previous_halfedge(h) % 3]]; }
+  Vec3 area_vector(Index f) const { return area_vector_[f]; }
   double height_in(Vec3 normal, Vec3 p) const { return dot(normal, p - origin_); }
 
   void find_needles() {
     longest_.resize(faces_.size());
-    for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f) {
-      double longest = -1;
-      for (int i = 0; i < 3; ++i) {
-        const Vec3 d = corner(f, (i + 1) % 3) - corner(f, i);
-        if (dot(d, d) > longest) {
-          longest = dot(d, d);
-          longest_[f] = static_cast<std::int8_t>(i);
-        }
+    area_vector_.resize(faces_.size());
+    parallel_for(faces_.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t f = begin; f < end; ++f) measure_face(static_cast<Index>(f));
+    });
+  }
+
+  void measure_face(Index f) {
+    double longest = -1;
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 d = corner(f, (i + 1) % 3) - corner(f, i);
+      if (dot(d, d) > longest) {
+        longest = dot(d, d);
+        longest_[f] = static_cast<std::int8_t>(i);
       }
-      const Vec3 n = area_vector(f);
-      if (dot(n, n) <= limits_.needle * limits_.needle * longest) longest_[f] |= needle_bit;
     }
+    const Vec3 n = cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0));
+    area_vector_[f] = n;
+    if (dot(n, n) <= limits_.needle * limits_.needle * longest) longest_[f] |= needle_bit;
   }
   bool is_needle(Index f) const { return (longest_[f] & needle_bit) != 0; }
   Index longest_halfedge(Index f) const { return 3 * f + (longest_[f] & 3); }
 
-  // The face whose plane stands for that of f: f itself, or for a needle the face that is reached
-  // across longest edges; -1 where that leads to a border or round in a circle.
+  // The face whose plane stands for that of f: f itself, or for a needle the face that is reached across
+  // longest edges; where that leads nowhere, f has to do.
   Index host(Index f) const {
+    Index at = f;
     for (int steps = 0; steps < 16; ++steps) {
-      if (!is_needle(f)) return f;
-      const Index t = twin_[longest_halfedge(f)];
-      if (t < 0 || label_[t / 3] != label_[f]) return -1;
-      f = t / 3;
+      if (!is_needle(at)) return at;
+      const Index t = twin_[longest_halfedge(at)];
+      if (t < 0 || label_[t / 3] != label_[f]) return f;
+      at = t / 3;
     }
-    return -1;
+    return f;
   }
 
   // Whether all three points of g lie within the width of the plane of f, facing the same way.
@@ -113,16 +121,20 @@ class FacetFinder {
     if (label_[f] != label_[g] || label_[f] < 0) return false;
     if ((is_needle(f) && h == longest_halfedge(f)) || (is_needle(g) && t == longest_halfedge(g))) return true;
     const Index a = host(f), b = host(g);
-    if (a < 0 || b < 0) return false;
     // The larger face has the more reliable plane.
     const Vec3 n = area_vector(a), m = area_vector(b);
     return dot(n, n) >= dot(m, m) ? in_plane_of(a, b) : in_plane_of(b, a);
   }
 
   FaceSets join_across_flat_edges() const {
+    std::vector<std::uint8_t> flat(twin_.size());
+    parallel_for(twin_.size(), [&](std::size_t begin, std::size_t end) {
+      for (Index h = static_cast<Index>(begin); h < static_cast<Index>(end); ++h)
+        flat[h] = twin_[h] > h && flat_across(h, twin_[h]);
+    });
     FaceSets sets(faces_.size());
     for (Index h = 0; h < static_cast<Index>(twin_.size()); ++h)
-      if (twin_[h] > h && flat_across(h, twin_[h])) sets.join(h / 3, twin_[h] / 3);
+      if (flat[h]) sets.join(h / 3, twin_[h] / 3);
     return sets;
   }
 
@@ -134,36 +146,56 @@ class FacetFinder {
     std::partial_sum(start.begin(), start.end(), start.begin());
     std::vector<Index> cursor(start.begin(), start.end() - 1);
     for (Index f = 0; f < count; ++f) members[cursor[candidate_[f]]++] = f;
-    for (Index root = 0; root < count; ++root) {
-      const std::span<const Index> set(members.data() + start[root], members.data() + start[root + 1]);
-      if (set.empty()) continue;
-      const Slab slab = fit(set);
-      // At zero tolerance exact coplanarity passes from face to face: the union needs no fit.
-      if (limits_.width == 0 || (slab.width() <= limits_.width && all_face(set, slab.normal)))
-        add_facet(set, slab);
+    std::vector<Index> roots;
+    for (Index f = 0; f < count; ++f)
+      if (candidate_[f] == f) roots.push_back(f);
+    const auto set_of = [&](Index root) {
+      return std::span<const Index>(members.data() + start[root], members.data() + start[root + 1]);
+    };
+    std::vector<Slab> slabs(roots.size());
+    std::vector<std::uint8_t> accepted(roots.size());
+    // Sets differ in size: the threads take them one by one.
+    std::atomic<std::size_t> next = 0;
+    const auto test_sets = [&](std::size_t, std::size_t) {
+      for (std::size_t i = next++; i < roots.size(); i = next++) {
+        slabs[i] = fit(set_of(roots[i]));
+        // At zero tolerance exact coplanarity passes from face to face: the union needs no fit.
+        accepted[i] = limits_.width == 0 ||
+                      (slabs[i].width() <= limits_.width && all_face(set_of(roots[i]), slabs[i].normal));
+      }
+    };
+    parallel_for(faces_.size(), test_sets);
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+      if (accepted[i])
+        add_facet(set_of(roots[i]), slabs[i]);
       else
-        grow_within(set);
+        grow_within(set_of(roots[i]));
     }
   }
 
-  // Best plane of the faces and the slab about it; no normal where all of them are needles.
+  // Best plane of the faces and the slab about it; no normal where they are no wider than a needle.
   Slab fit(std::span<const Index> set) const {
     Moments moments(corner(set[0], 0));
-    Vec3 facing{0, 0, 0};
-    bool has_plane = false;
+    Vec3 facing{0, 0, 0}, least = corner(set[0], 0), greatest = least;
     for (const Index f : set) {
       moments.add(corner(f, 0), corner(f, 1), corner(f, 2));
       facing = facing + area_vector(f);
-      has_plane |= !is_needle(f);
+      for (const Index p : faces_[f]) {
+        least = lower_corner(least, points_[p]);
+        greatest = upper_corner(greatest, points_[p]);
+      }
     }
     Slab slab;
-    if (has_plane) {
+    if (2 * moments.area() > limits_.needle * length(greatest - least)) {
       slab.normal = set.size() == 1 ? (1 / length(facing)) * facing : moments.normal();
       if (dot(slab.normal, facing) < 0) slab.normal = -1.0 * slab.normal;
     }
     measure(set, slab);
     return slab;
   }
+
+  static Vec3 lower_corner(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
+  static Vec3 upper_corner(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
   void measure(std::span<const Index> set, Slab& slab) const {
     for (const Index f : set)
@@ -293,7 +325,7 @@ class FacetFinder {
     if (!is_needle(g)) return dot(area_vector(g), slab.normal) > 0;
     if (t == longest_halfedge(g)) return true;
     const Index base = host(g);
-    return base >= 0 && fits(slab, base, limits_.width) && dot(area_vector(base), slab.normal) > 0;
+    return fits(slab, base, limits_.width) && dot(area_vector(base), slab.normal) > 0;
   }
 
   // Whether the slab stays narrow enough with the points of f.
@@ -330,6 +362,7 @@ class FacetFinder {
   std::span<const Index> label_;
   Vec3 origin_;
   FacetLimits limits_;
+  std::vector<Vec3> area_vector_;     // per face, twice its area long
   std::vector<std::int8_t> longest_;  // corner at which the longest edge starts, and needle_bit
   std::vector<Index> candidate_;  // per face the least face of its candidate
   std::vector<Index> facet_of_face_;
@@ -351,6 +384,16 @@ Facets split_off(const Facets& facets, std::span<const Index> cut) {
     result.facet_of_face[f] = static_cast<Index>(result.planes.size()) - 1;
   }
   return result;
+}
+
+Grouped group_faces(const Facets& facets) {
+  Grouped grouped{std::vector<Index>(facets.planes.size() + 1, 0), std::vector<Index>(facets.facet_of_face.size())};
+  for (const Index facet : facets.facet_of_face) ++grouped.start[facet + 1];
+  std::partial_sum(grouped.start.begin(), grouped.start.end(), grouped.start.begin());
+  std::vector<Index> cursor(grouped.start.begin(), grouped.start.end() - 1);
+  for (std::size_t f = 0; f < facets.facet_of_face.size(); ++f)
+    grouped.order[cursor[facets.facet_of_face[f]]++] = static_cast<Index>(f);
+  return grouped;
 }
 
 }  // namespace bldsimp

@@ -7,151 +7,188 @@
 namespace bldsimp {
 namespace {
 
-struct Component {
-  std::vector<Index> faces;
-  bool closed = true;
-  bool may_turn = true;
+// Sets of faces, each face with the parity of its winding against that of the set's root (its least face).
+class Windings {
+ public:
+  explicit Windings(std::size_t count) : parent_(count), odd_(count, 0) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  std::pair<Index, bool> find(Index f) {
+    bool odd = false;
+    while (parent_[f] != f) {
+      const Index p = parent_[f];
+      odd_[f] ^= odd_[p];
+      parent_[f] = parent_[p];
+      odd ^= odd_[f] != 0;
+      f = parent_[f];
+    }
+    return {f, odd};
+  }
+  // Joins two faces that must run the same way, or opposite ways if `against`; false if they cannot.
+  bool join(Index f, Index g, bool against) {
+    auto [a, a_odd] = find(f);
+    auto [b, b_odd] = find(g);
+    const bool odd = (a_odd != b_odd) != against;
+    if (a == b) return !odd;
+    if (a > b) std::swap(a, b);
+    parent_[b] = a;
+    odd_[b] = odd;
+    return true;
+  }
+
+ private:
+  std::vector<Index> parent_;
+  std::vector<std::uint8_t> odd_;
 };
 
 class Orienter {
  public:
-  Orienter(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Face> rows,
-           std::span<const std::uint8_t> fixed)
-      : points_(points), faces_(faces), fixed_(fixed), mate_(3 * faces.size(), -1), turned_(faces.size(), 0),
-        component_(faces.size(), -1) {
-    for_each_edge(faces, static_cast<Index>(points.size()), [&](std::span<const Index> edge) {
-      if (edge.size() == 2)
-        mate(edge[0], edge[1]);
-      else
-        mate_by_rows(edge, rows);
-    });
+  Orienter(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
+           std::span<const Face> rows, std::span<const std::uint8_t> fixed)
+      : points_(points), faces_(faces), halfedges_(halfedges), rows_(rows), windings_(faces.size()),
+        component_(faces.size()), turned_(faces.size(), 0), may_turn_(faces.size(), 1), closed_(faces.size(), 1) {
+    for (std::size_t f = 0; f < fixed.size(); ++f) may_turn_[f] = !fixed[f];
   }
 
   std::vector<Index> find() {
-    for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f)
-      if (component_[f] < 0) spread_from(f);
+    join_components();
+    turn_against_larger_area();
     find_open_components();
-    for (Index c = 0; c < static_cast<Index>(components_.size()); ++c)
-      if (is_inside_out(c))
-        for (const Index f : components_[c].faces) turned_[f] ^= 1;
+    turn_inside_out();
     std::vector<Index> result;
-    for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f)
+    for (Index f = 0; f < count(); ++f)
       if (turned_[f]) result.push_back(f);
     return result;
   }
 
  private:
+  Index count() const { return static_cast<Index>(faces_.size()); }
   Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
   Vec3 area_vector(Index f) const { return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0)); }
   bool runs_forward(Index h) const { return (origin(faces_, h) < target(faces_, h)) != (turned_[h / 3] != 0); }
 
-  void mate(Index g, Index h) {
-    mate_[g] = h;
-    mate_[h] = g;
+  template <class Visit>
+  void for_groups(Visit visit) const {
+    for (std::size_t g = 0; g + 1 < halfedges_.group_start.size(); ++g)
+      visit(std::span<const Index>(halfedges_.group_members.data() + halfedges_.group_start[g],
+                                   halfedges_.group_members.data() + halfedges_.group_start[g + 1]));
   }
 
-  void mate_by_rows(std::span<const Index> edge, std::span<const Face> rows) {
-    const auto key = [&](Index h) { return std::minmax({origin(rows, h), target(rows, h)}); };
-    for (const Index h : edge) {
-      Index found = -1, matches = 0;
-      for (const Index g : edge) {
-        if (g == h || key(g) != key(h)) continue;
-        found = g;
-        ++matches;
-      }
-      if (matches == 1) mate(h, found);
+  void join_components() {
+    std::vector<Index> torn;  // faces whose component cannot be oriented
+    const auto join = [&](Index h, Index g) {
+      if (!windings_.join(h / 3, g / 3, runs_forward(h) == runs_forward(g))) torn.push_back(h / 3);
+    };
+    for (Index h = 0; h < 3 * count(); ++h)
+      if (halfedges_.twin[h] > h) join(h, halfedges_.twin[h]);
+    for_groups([&](std::span<const Index> edge) {
+      if (edge.size() == 2)
+        join(edge[0], edge[1]);
+      else
+        for (const Index h : edge)
+          if (const Index g = only_row_mate(h, edge); g > h) join(h, g);
+    });
+    for (Index f = 0; f < count(); ++f) {
+      const auto [root, odd] = windings_.find(f);
+      component_[f] = root;
+      turned_[f] = odd;
+      if (!may_turn_[f]) may_turn_[root] = 0;
     }
+    for (const Index f : torn) may_turn_[component_[f]] = 0;
   }
 
-  void spread_from(Index first) {
-    const Index c = static_cast<Index>(components_.size());
-    Component& component = components_.emplace_back();
-    component.faces.push_back(first);
-    component_[first] = c;
-    bool consistent = true;
-    for (std::size_t i = 0; i < component.faces.size(); ++i) {
-      const Index f = component.faces[i];
-      component.may_turn &= !fixed_[f];
-      for (Index h = 3 * f; h < 3 * f + 3; ++h) {
-        const Index g = mate_[h];
-        if (g < 0) continue;
-        if (component_[g / 3] < 0) {
-          component_[g / 3] = c;
-          turned_[g / 3] = runs_forward(h) == runs_forward(g);
-          component.faces.push_back(g / 3);
-        } else if (runs_forward(h) == runs_forward(g)) {
-          consistent = false;
-        }
-      }
+  // The one other halfedge of an edge that joins the same two rows of the file; -1 if there are more.
+  Index only_row_mate(Index h, std::span<const Index> edge) const {
+    const auto ends = [&](Index g) { return std::minmax({origin(rows_, g), target(rows_, g)}); };
+    Index found = -1;
+    for (const Index g : edge) {
+      if (g == h || ends(g) != ends(h)) continue;
+      if (found >= 0) return -1;
+      found = g;
     }
-    component.may_turn &= consistent;
-    double balance = 0;
-    for (const Index f : component.faces) balance += (turned_[f] ? -1 : 1) * length(area_vector(f));
-    const std::uint8_t all = balance < 0 && component.may_turn;
-    for (const Index f : component.faces) turned_[f] = component.may_turn ? turned_[f] ^ all : 0;
+    return found;
+  }
+
+  void turn_against_larger_area() {
+    const bool any = std::any_of(turned_.begin(), turned_.end(), [](std::uint8_t t) { return t != 0; });
+    if (!any) return;
+    std::vector<double> balance(faces_.size(), 0);
+    for (Index f = 0; f < count(); ++f) balance[component_[f]] += (turned_[f] ? -1 : 1) * length(area_vector(f));
+    for (Index f = 0; f < count(); ++f)
+      turned_[f] = may_turn_[component_[f]] ? turned_[f] ^ (balance[component_[f]] < 0) : 0;
   }
 
   // A component is closed if on each of its edges as many of its halfedges run one way as the other.
   void find_open_components() {
+    std::vector<std::uint8_t> grouped(halfedges_.twin.size(), 0);
     std::vector<std::pair<Index, int>> balance;
-    for_each_edge(faces_, static_cast<Index>(points_.size()), [&](std::span<const Index> edge) {
+    for_groups([&](std::span<const Index> edge) {
       balance.clear();
-      for (const Index h : edge) balance.push_back({component_[h / 3], runs_forward(h) ? 1 : -1});
+      for (const Index h : edge) {
+        grouped[h] = 1;
+        balance.push_back({component_[h / 3], runs_forward(h) ? 1 : -1});
+      }
       std::sort(balance.begin(), balance.end());
       for (std::size_t i = 0; i < balance.size();) {
         const Index c = balance[i].first;
         int sum = 0;
         for (; i < balance.size() && balance[i].first == c; ++i) sum += balance[i].second;
-        if (sum != 0) components_[c].closed = false;
+        if (sum != 0) closed_[c] = 0;
       }
     });
+    for (Index h = 0; h < 3 * count(); ++h)
+      if (halfedges_.twin[h] < 0 && !grouped[h]) closed_[component_[h / 3]] = 0;
   }
 
-  bool is_inside_out(Index c) const {
-    const Component& component = components_[c];
-    if (!component.closed || !component.may_turn) return false;
-    const Vec3 origin = corner(component.faces[0], 0);
-    double volume = 0, magnitude = 0;
-    for (const Index f : component.faces) {
-      const double part = dot(corner(f, 0) - origin, area_vector(f));
-      volume += turned_[f] ? -part : part;
-      magnitude += std::abs(part);
+  void turn_inside_out() {
+    std::vector<double> volume(faces_.size(), 0), magnitude(faces_.size(), 0);
+    for (Index f = 0; f < count(); ++f) {
+      const Index c = component_[f];
+      if (!closed_[c] || !may_turn_[c]) continue;
+      const double part = dot(corner(f, 0) - corner(c, 0), area_vector(f));
+      volume[c] += turned_[f] ? -part : part;
+      magnitude[c] += std::abs(part);
     }
-    if (volume >= -1e-9 * magnitude) return false;
-    int depth = 0;
-    const Vec3 p = (1.0 / 3) * (corner(component.faces[0], 0) + corner(component.faces[0], 1) + corner(component.faces[0], 2));
-    for (Index other = 0; other < static_cast<Index>(components_.size()); ++other)
-      if (other != c && components_[other].closed && contains(components_[other], p)) ++depth;
-    return depth % 2 == 0;
+    std::vector<Index> inside_out;
+    for (Index c = 0; c < count(); ++c)
+      if (volume[c] < -1e-9 * magnitude[c] && lies_within(c) % 2 == 0) inside_out.push_back(c);
+    if (inside_out.empty()) return;
+    for (Index f = 0; f < count(); ++f)
+      turned_[f] ^= std::binary_search(inside_out.begin(), inside_out.end(), component_[f]);
   }
 
-  // By the solid angle under which the component is seen (van Oosterom and Strackee, 1983).
-  bool contains(const Component& component, Vec3 p) const {
-    double angle = 0;
-    for (const Index f : component.faces) {
-      const Vec3 a = corner(f, 0) - p, b = corner(f, 1) - p, c = corner(f, 2) - p;
-      const double la = length(a), lb = length(b), lc = length(c);
-      const double above = dot(a, cross(b, c));
-      const double below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
-      angle += (turned_[f] ? -2 : 2) * std::atan2(above, below);
+  // How many other closed components enclose component c, by the solid angle under which each is seen
+  // (van Oosterom and Strackee, 1983).
+  int lies_within(Index c) const {
+    const Vec3 p = (1.0 / 3) * (corner(c, 0) + corner(c, 1) + corner(c, 2));
+    std::vector<double> angle(faces_.size(), 0);
+    for (Index f = 0; f < count(); ++f) {
+      if (component_[f] == c || !closed_[component_[f]]) continue;
+      const Vec3 u = corner(f, 0) - p, v = corner(f, 1) - p, w = corner(f, 2) - p;
+      const double lu = length(u), lv = length(v), lw = length(w);
+      const double above = dot(u, cross(v, w));
+      const double below = lu * lv * lw + dot(u, v) * lw + dot(v, w) * lu + dot(w, u) * lv;
+      angle[component_[f]] += (turned_[f] ? -2 : 2) * std::atan2(above, below);
     }
-    return std::abs(angle) > 2 * std::numbers::pi;
+    return static_cast<int>(
+        std::count_if(angle.begin(), angle.end(), [](double a) { return std::abs(a) > 2 * std::numbers::pi; }));
   }
 
   std::span<const Vec3> points_;
   std::span<const Face> faces_;
-  std::span<const std::uint8_t> fixed_;
-  std::vector<Index> mate_;
+  const Halfedges& halfedges_;
+  std::span<const Face> rows_;
+  Windings windings_;
+  std::vector<Index> component_;  // per face the least face of its component
   std::vector<std::uint8_t> turned_;
-  std::vector<Index> component_;
-  std::vector<Component> components_;
+  std::vector<std::uint8_t> may_turn_, closed_;  // per component
 };
 
 }  // namespace
 
-std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces,
+std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
                                std::span<const Face> rows, std::span<const std::uint8_t> fixed) {
-  return Orienter(points, faces, rows, fixed).find();
+  return Orienter(points, faces, halfedges, rows, fixed).find();
 }
 
 }  // namespace bldsimp

@@ -4,17 +4,18 @@
 #include <span>
 #include <vector>
 
+#include "halfedges.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
 
-// Components are joined across edges of exactly two faces, and where more meet across those of two faces
-// that share the file's own rows. Where a component can be oriented, the
-// faces that stand against the larger area are turned; a closed component that then encloses a
-// negative volume is turned as a whole, unless it lies within an odd number of others (a cavity).
-// Components with a `fixed` face, and those that cannot be oriented, stay as they are.
-// Returns the faces to turn, sorted. O(n log n), plus O(n) for each inside-out component.
-std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces,
+// Components are joined across twins, across edges of two faces that run the same way, and where more
+// faces meet across those of two that share the file's own rows. Where a component can be oriented, the
+// faces that stand against the larger area are turned; a closed component that then encloses a negative
+// volume is turned as a whole, unless it lies within an odd number of others (a cavity). Components with a
+// `fixed` face, and those that cannot be oriented, stay as they are.
+// Returns the faces to turn, sorted. Nearly linear, plus O(n) for each inside-out component.
+std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
                                std::span<const Face> rows, std::span<const std::uint8_t> fixed);
 
 }  // namespace bldsimp

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "parallel.hpp"
+
 namespace bldsimp {
 namespace {
 
@@ -77,21 +79,47 @@ std::vector<Index> merge_near(std::span<const Vec3> points, double distance) {
   return target;
 }
 
+// Positions in lexicographic order. Most are told apart by x alone, which is kept beside the number.
+std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> first_row) {
+  struct Entry {
+    double x;
+    Index position;
+  };
+  std::vector<Entry> entries(first_row.size());
+  for (std::size_t i = 0; i < entries.size(); ++i) entries[i] = {rows[first_row[i]].x, static_cast<Index>(i)};
+  const auto less = [&](const Entry& a, const Entry& b) {
+    return a.x != b.x ? a.x < b.x : lexicographic_less(rows[first_row[a.position]], rows[first_row[b.position]]);
+  };
+  const auto middle = entries.begin() + static_cast<std::ptrdiff_t>(entries.size() / 2);
+  parallel_for(2, [&](std::size_t begin, std::size_t end) {
+    if (begin == 0) std::sort(entries.begin(), middle, less);
+    if (end == 2) std::sort(middle, entries.end(), less);
+  }, entries.size() < least_parallel_work ? 2 : 1);
+  std::inplace_merge(entries.begin(), middle, entries.end(), less);
+  std::vector<Index> order(entries.size());
+  std::transform(entries.begin(), entries.end(), order.begin(), [](const Entry& e) { return e.position; });
+  return order;
+}
+
 // Faces by their least point, then by the other two: buckets are small, so this is nearly linear.
 void sort_faces(Welded& welded) {
-  const auto key = [&](Index f) {
-    const Face& a = welded.faces[f];
-    return std::array<Index, 5>{a[0], std::min(a[1], a[2]), std::max(a[1], a[2]), a[1], welded.source[f]};
+  const auto less = [&](Index f, Index g) {
+    const Face &a = welded.faces[f], &b = welded.faces[g];
+    const auto [a_low, a_high] = std::minmax(a[1], a[2]);
+    const auto [b_low, b_high] = std::minmax(b[1], b[2]);
+    if (a_low != b_low) return a_low < b_low;
+    if (a_high != b_high) return a_high < b_high;
+    return a[1] != b[1] ? a[1] < b[1] : welded.source[f] < welded.source[g];
   };
   const Index count = static_cast<Index>(welded.faces.size());
-  std::vector<Index> start(welded.points.size() + 1, 0);
-  for (const Face& face : welded.faces) ++start[face[0] + 1];
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  std::vector<Index> order(count), cursor(start.begin(), start.end() - 1);
-  for (Index f = 0; f < count; ++f) order[cursor[welded.faces[f][0]]++] = f;
-  for (std::size_t p = 0; p + 1 < start.size(); ++p)
-    std::sort(order.begin() + start[p], order.begin() + start[p + 1],
-              [&](Index f, Index g) { return key(f) < key(g); });
+  std::vector<Index> end(welded.points.size() + 1, 0), order(count);
+  for (const Face& face : welded.faces) ++end[face[0] + 1];
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  for (Index f = 0; f < count; ++f) order[end[welded.faces[f][0]]++] = f;  // from start to end of its bucket
+  parallel_for(welded.points.size(), [&](std::size_t first, std::size_t last) {
+    for (std::size_t p = first; p < last; ++p)
+      std::sort(order.begin() + (p == 0 ? 0 : end[p - 1]), order.begin() + end[p], less);
+  });
 
   std::vector<Face> faces, rows;
   std::vector<Index> source;
@@ -118,11 +146,9 @@ Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double dist
   Welded welded;
   const std::vector<Index> first_row = distinct_positions(rows, faces, welded.point_of_row);
 
-  std::vector<Index> order(first_row.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(),
-            [&](Index a, Index b) { return lexicographic_less(rows[first_row[a]], rows[first_row[b]]); });
+  const std::vector<Index> order = sort_positions(rows, first_row);
   std::vector<Index> point_of_class(order.size());
+  welded.points.reserve(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     point_of_class[order[i]] = static_cast<Index>(i);
     welded.points.push_back(rows[first_row[order[i]]]);
@@ -136,6 +162,9 @@ Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double dist
   for (Index& p : welded.point_of_row)
     if (p >= 0) p = point_of_class[p];
 
+  welded.faces.reserve(faces.size());
+  welded.rows.reserve(faces.size());
+  welded.source.reserve(faces.size());
   for (std::size_t f = 0; f < faces.size(); ++f) {
     Face face;
     for (int i = 0; i < 3; ++i) face[i] = welded.point_of_row[faces[f][i]];

@@ -86,7 +86,7 @@ class Pictures:
                 metallic["baseColorFactor"] = [min(max(float(c), 0.0), 1.0) for c in material.color]
             if texture in self.images:
                 metallic["baseColorTexture"] = {"index": self._texture(str(texture))}
-            entry = {"pbrMetallicRoughness": metallic}
+            entry: dict[str, Any] = {"pbrMetallicRoughness": metallic}
             if material.name:
                 entry = {"name": material.name, **entry}
             self.json.setdefault("materials", []).append(entry)
@@ -117,10 +117,13 @@ def _add_mesh(
         if not sum(map(len, faces)):
             continue
         columns = _columns(one, np.concatenate(faces).reshape(-1), origin, bool(one.kept[group[0]]))
-        first, inverse = distinct_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
+        first, inverse = distinct_rows(
+            np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1)
+        )
         vertices += len(first)
         attributes = {
-            name: body.add_vertices(values[first], bounds=name == "POSITION") for name, values in columns.items()
+            name: body.add_vertices(values[first], bounds=name == "POSITION")
+            for name, values in columns.items()
         }
         start = 0
         for number, own in zip(group, faces, strict=True):

@@ -113,7 +113,9 @@ def _columns(
     document: Document, source: GltfMesh, rows: Rows, normals: NDArray[np.float64] | None, made: bool
 ) -> dict[str, tuple[NDArray[Any], bool, bool]]:
     """Per attribute the stored values of all rows of the mesh, whether normalized, whether bounded."""
-    columns = {"POSITION": (*_stored(document, source, [group.position for group in source.rows], rows), True)}
+    columns = {
+        "POSITION": (*_stored(document, source, [group.position for group in source.rows], rows), True)
+    }
     if made and normals is not None:
         columns["NORMAL"] = (normals.astype(np.float32), False, False)
     elif normals is not None and rows.normal is not None:

@@ -142,16 +142,18 @@ def _faces(document: Document, primitive: dict[str, Any], rows: Rows, name: str)
         )
     mode = primitive.get("mode", TRIANGLES)
     if mode == TRIANGLES:
-        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+        triples: NDArray[np.int64] = corners[: len(corners) // 3 * 3].reshape(-1, 3)
+        return triples
     if len(corners) < 3:
         return np.zeros((0, 3), np.int64)
     if mode == FAN:
         first = np.full(len(corners) - 2, corners[0])
         return np.stack([corners[1:-1], corners[2:], first], axis=1)
-    faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    faces: NDArray[np.int64] = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
     faces[1::2] = faces[1::2][:, [0, 2, 1]]
     a, b, c = faces.T
-    return faces[(a != b) & (b != c) & (a != c)]
+    proper = (a != b) & (b != c) & (a != c)
+    return np.asarray(faces[proper])
 
 
 def _carried_names(entry: dict[str, Any], primitive: dict[str, Any], skinned: bool) -> tuple[str, ...]:
@@ -213,7 +215,9 @@ def _material(document: Document, primitive: dict[str, Any]) -> Material | None:
     texture = metallic.get("baseColorTexture", {}).get("index")
     textures = document.items("textures")
     image = textures[texture].get("source") if texture is not None and texture < len(textures) else None
-    return Material(str(entry.get("name", f"material {number}")), color, None if image is None else str(image))
+    return Material(
+        str(entry.get("name", f"material {number}")), color, None if image is None else str(image)
+    )
 
 
 def _instances(document: Document) -> tuple[dict[int, list[NDArray[np.float64]]], set[int]]:
@@ -251,7 +255,11 @@ def _roots(document: Document) -> list[int]:
 def _gpu_instances(document: Document, node: dict[str, Any]) -> list[NDArray[np.float64]]:
     """Transforms that EXT_mesh_gpu_instancing gives a node; the identity where it has none."""
     accessors = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
-    known = {key.lower(): document.numbers(accessors[key]) for key in ("TRANSLATION", "ROTATION", "SCALE") if key in accessors}
+    known = {
+        key.lower(): document.numbers(accessors[key])
+        for key in ("TRANSLATION", "ROTATION", "SCALE")
+        if key in accessors
+    }
     if not known:
         return [np.eye(4)]
     count = min(map(len, known.values()))

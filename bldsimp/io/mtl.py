@@ -7,9 +7,7 @@ from collections.abc import Callable
 from .surface import Material
 
 
-def read_materials(
-    libraries: list[str], beside: Callable[[str], bytes | None]
-) -> dict[str, Material]:
+def read_materials(libraries: list[str], beside: Callable[[str], bytes | None]) -> dict[str, Material]:
     """Materials by name; a library that is missing has none."""
     materials: dict[str, Material] = {}
     for library in libraries:

@@ -76,9 +76,7 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     row_triples, corners = _rows(triples, len(positions))
     libraries = [lines[i][7:].strip().decode("utf-8", "replace") for i in np.flatnonzero(keys == b"mtllib")]
     materials = read_materials(libraries, beside)
-    parts = [
-        Part(state.name(), source=ObjPart(state, materials.get(state.material))) for state in states
-    ]
+    parts = [Part(state.name(), source=ObjPart(state, materials.get(state.material))) for state in states]
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
     mesh = polygon_mesh(
         states[0].object if states else "",
@@ -117,7 +115,9 @@ def _positions(
     if np.isnan(values).any() or values.shape[1] not in (3, 4, 6, 7):
         values, sizes = ragged(lines)
         if sizes.min() < 3:
-            raise InputError(f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates")
+            raise InputError(
+                f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates"
+            )
     width = values.shape[1]
     if width in (4, 7):
         weights = values[:, 3]
@@ -198,7 +198,7 @@ def _states(
     """The distinct states that faces are in, and the state of each face."""
     where = np.flatnonzero(np.isin(keys, _STATE))
     words = dict(zip(_STATE, ("object", "group", "material", "smoothing"), strict=True))
-    current = {word: "" for word in words.values()}
+    current = dict.fromkeys(words.values(), "")
     states: dict[State, int] = {}
     of_run = np.zeros(len(where) + 1, np.int32)
     runs = np.searchsorted(where, where_faces)

@@ -83,7 +83,8 @@ def _missing_as_nan(normals: NDArray[np.float64] | None) -> NDArray[np.float64] 
     """Normals with NaN where a row is zero; None where all are."""
     if normals is None or not normals.any():
         return None
-    return np.where(normals.any(axis=1)[:, None], normals, np.nan)
+    absent = ~np.any(normals != 0.0, axis=1, keepdims=True)
+    return np.where(absent, np.nan, normals)
 
 
 def _faces(one: Sheet, columns: list[Index | None], text: Text, state: State) -> State:

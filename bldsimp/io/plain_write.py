@@ -78,11 +78,16 @@ def _ply_header(kind: list[tuple[str, str]], count: int, sizes: NDArray[np.int64
 
 
 def _ply_text(
-    vertices: NDArray[np.float64], kind: list[tuple[str, str]], sizes: NDArray[np.int64], corners: NDArray[np.int64]
+    vertices: NDArray[np.float64],
+    kind: list[tuple[str, str]],
+    sizes: NDArray[np.int64],
+    corners: NDArray[np.int64],
 ) -> bytes:
     whole = [width == "u1" for _, width in kind]
     lines = [
-        " ".join(str(int(value)) if integer else repr(value) for value, integer in zip(row, whole, strict=True))
+        " ".join(
+            str(int(value)) if integer else repr(value) for value, integer in zip(row, whole, strict=True)
+        )
         for row in vertices.tolist()
     ]
     place = 0
@@ -118,12 +123,12 @@ def _ply_binary(
     return table.tobytes() + b"".join(chunks)
 
 
-def off_text(sheets: list[Sheet]) -> tuple[bytes, int]:
+def off_text(sheets: list[Sheet], with_normals: bool) -> tuple[bytes, int]:
     """An OFF file, and how many vertices it has; numbers are the shortest that read back exactly."""
     columns = [np.concatenate([one.points[one.polygons.corners] for one in sheets])]
     extra = {names[0]: values for _, names, values in _extra(sheets)}
     head = "OFF"
-    if "nx" in extra:
+    if with_normals and "nx" in extra:
         columns.append(extra["nx"])
         head = "N" + head
     flat = np.concatenate(columns, axis=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +65,9 @@ def read_ply(data: bytes, warnings: list[str]) -> list[Mesh]:
     InputError
     """
     encoding, elements, start = _header(data)
-    columns = _text(data[start:], elements) if encoding == "ascii" else _binary(data, start, encoding, elements)
+    columns = (
+        _text(data[start:], elements) if encoding == "ascii" else _binary(data, start, encoding, elements)
+    )
     _name_rest(elements, warnings)
     if "vertex" not in columns or not {"x", "y", "z"} <= columns["vertex"].scalars.keys():
         raise InputError("the PLY file has no points with x, y and z")
@@ -74,11 +76,14 @@ def read_ply(data: bytes, warnings: list[str]) -> list[Mesh]:
     sizes, corners, face_extra = _polygons(columns.get("face"))
     part = Part("mesh")
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
-    mesh = polygon_mesh("", points, Polygons(offsets, corners, np.zeros(len(sizes), np.int32)), [part], warnings)
+    mesh = polygon_mesh(
+        "", points, Polygons(offsets, corners, np.zeros(len(sizes), np.int32)), [part], warnings
+    )
     if {"nx", "ny", "nz"} <= vertex.keys():
         mesh.normals = np.nan_to_num(
             np.stack([vertex[axis].astype(np.float64) for axis in ("nx", "ny", "nz")], axis=1),
-            posinf=0.0, neginf=0.0,
+            posinf=0.0,
+            neginf=0.0,
         )
     types = {p.name: p.type for e in elements if e.name == "vertex" for p in e.properties}
     mesh.source.format = PlyFormat(encoding, types["x"] == "f8")
@@ -102,7 +107,10 @@ def _header(data: bytes) -> tuple[str, list[Element], int]:
             elif words[:1] == ["element"]:
                 elements.append(Element(words[1], int(words[2])))
             elif words[:2] == ["property", "list"]:
-                elements[-1].properties.append(Property(words[4], _TYPES[words[3]], _TYPES[words[2]]))
+                count = _TYPES[words[2]]
+                if count[0] == "f":
+                    raise ValueError
+                elements[-1].properties.append(Property(words[4], _TYPES[words[3]], count))
             elif words[:1] == ["property"]:
                 elements[-1].properties.append(Property(words[2], _TYPES[words[1]]))
         except (IndexError, KeyError, ValueError):
@@ -125,7 +133,9 @@ def _binary(data: bytes, place: int, encoding: str, elements: list[Element]) -> 
     for element in elements:
         if not element.rows or not element.properties:
             sizes = [_even_lengths(element, 0)] if element.properties else []
-            columns[element.name] = _split(np.zeros(0, np.dtype(sizes[0])), element) if sizes else Columns({}, {})
+            columns[element.name] = (
+                _split(np.zeros(0, np.dtype(sizes[0])), element) if sizes else Columns({}, {})
+            )
             continue
         found = _even_rows(data, place, order, element)
         if found is None:
@@ -144,7 +154,10 @@ def _even_lengths(element: Element, length: int | list[int], order: str = "<") -
         if prop.count is None:
             fields.append((f"v{number}", order + prop.type))
         else:
-            fields += [(f"n{number}", order + prop.count), (f"v{number}", order + prop.type, (next(lengths),))]
+            fields += [
+                (f"n{number}", order + prop.count),
+                (f"v{number}", order + prop.type, (next(lengths),)),
+            ]
     return fields
 
 
@@ -190,32 +203,36 @@ def _split(rows: NDArray[Any], element: Element) -> Columns:
 
 def _uneven_rows(data: bytes, place: int, order: str, element: Element) -> tuple[Columns, int]:
     """Rows one by one, and where they end: only their lengths; the values are then taken at once."""
-    kinds = [(p.count and np.dtype(order + p.count), np.dtype(order + p.type)) for p in element.properties]
-    starts = np.empty((len(kinds), element.rows), np.int64)
-    lengths = np.ones((len(kinds), element.rows), np.int64)
-    sign = {prop.count: prop.count[0] == "i" for prop in element.properties if prop.count}
-    byte_order = "little" if order == "<" else "big"
+    counts = [np.dtype(order + p.count) if p.count else None for p in element.properties]
+    sizes = [np.dtype(p.type).itemsize for p in element.properties]
+    byte_order: Literal["little", "big"] = "little" if order == "<" else "big"
+    least = sum(size if count is None else count.itemsize for count, size in zip(counts, sizes, strict=True))
+    if place + least * element.rows > len(data):
+        raise _short(element)
+    starts = np.empty((len(sizes), element.rows), np.int64)
+    lengths = np.ones((len(sizes), element.rows), np.int64)
     for row in range(element.rows):
-        for number, (count, value) in enumerate(kinds):
+        for number, (count, size) in enumerate(zip(counts, sizes, strict=True)):
             length = 1
             if count is not None:
                 head = data[place : place + count.itemsize]
-                length = int.from_bytes(head, byte_order, signed=sign[element.properties[number].count])  # type: ignore[arg-type]
+                length = int.from_bytes(head, byte_order, signed=count.kind == "i")
                 if length < 0:
                     raise InputError(f"a list of the PLY element '{element.name}' has the length {length}")
                 place += count.itemsize
             starts[number, row], lengths[number, row] = place, length
-            place += length * value.itemsize
+            place += length * size
         if place > len(data):
             raise _short(element)
     raw = np.frombuffer(data, np.uint8)
     columns = Columns({}, {})
     for number, prop in enumerate(element.properties):
-        size = kinds[number][1].itemsize
+        kind = np.dtype(order + prop.type)
+        size = kind.itemsize
         first = np.repeat(starts[number], lengths[number])
         ends = np.cumsum(lengths[number])
         within = np.arange(len(first)) - np.repeat(ends - lengths[number], lengths[number])
-        values = raw[(first + within * size)[:, None] + np.arange(size)].reshape(-1).view(kinds[number][1])
+        values = raw[(first + within * size)[:, None] + np.arange(size)].reshape(-1).view(kind)
         if prop.count is None:
             columns.scalars[prop.name] = values
         else:
@@ -243,6 +260,8 @@ def _text_rows(flat: NDArray[np.float64], place: int, element: Element) -> tuple
         rows = flat[place : place + width * count].reshape(count, width)
         columns.scalars = {prop.name: rows[:, i] for i, prop in enumerate(props)}
         return columns, place + width * count
+    if place + count * len(props) > len(flat):
+        raise _short(element)
     starts = np.empty((len(props), count), np.int64)
     lengths = np.ones((len(props), count), np.int64)
     values = flat.tolist()

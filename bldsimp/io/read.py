@@ -68,7 +68,9 @@ def _fill(scene: Scene, data: bytes, folder: _Folder) -> None:
         except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
             # JSON may hold anything anywhere; what the format does not foresee ends here.
             what = f"{type(error).__name__}: {error}"
-            raise InputError(f"the glTF JSON is not as the format asks ({what}): the file is damaged") from error
+            raise InputError(
+                f"the glTF JSON is not as the format asks ({what}): the file is damaged"
+            ) from error
         return
     if scene.format == "obj":
         scene.meshes = read_obj(data, folder, scene.warnings)

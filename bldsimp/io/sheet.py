@@ -43,7 +43,8 @@ class Sheet:
 
     def triangles(self, part: int) -> NDArray[np.int32]:
         """Faces of a part, where every polygon is a triangle."""
-        return self.polygons.corners.reshape(-1, 3)[self.polygons.part == part]
+        faces: NDArray[np.int32] = self.polygons.corners.reshape(-1, 3)[self.polygons.part == part]
+        return faces
 
     def used(self) -> NDArray[np.int64]:
         """Rows that a polygon uses, ascending."""
@@ -108,9 +109,7 @@ def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
     polygons = _turned(one.polygons) if mirrored else one.polygons
-    return Sheet(
-        one.name, placed(one.points, transform), normals, one.carried, polygons, one.parts, one.kept
-    )
+    return Sheet(one.name, placed(one.points, transform), normals, one.carried, polygons, one.parts, one.kept)
 
 
 def _with_kept(

@@ -18,6 +18,7 @@ from .beside import Pictured, copies, embedded_images, obj_pictures
 from .gltf import Document, gltf_text, pack_glb
 from .gltf_new import new_document
 from .gltf_patch import patched
+from .losses import dropped, gltf_losses, losses
 from .mtl import material_library
 from .obj_write import obj_text
 from .plain_write import off_text, ply_bytes, stl_bytes
@@ -108,7 +109,7 @@ def _files(
     scene: Scene, lights: list[Light], path: Path | None, format_: str, options: Options, written: Written
 ) -> dict[Path, bytes]:
     """Every file to write, the main one last."""
-    written.warnings += _dropped(scene, options)
+    written.warnings += dropped(scene, options)
     main = Path("-") if path is None else path
     if format_ in ("glb", "gltf"):
         return _gltf_files(scene, lights, main, format_, options, written)
@@ -125,11 +126,11 @@ def _files(
     ]
     if format_ == "obj":
         return _obj_files(scene, sheets, main, written)
-    _warn_of_losses(scene, sheets, format_, written)
+    written.warnings += losses(scene, sheets, format_)
     if format_ == "ply":
         data, written.vertices = ply_bytes(sheets, _ply_format(scene, sheets, written))
     elif format_ == "off":
-        data, written.vertices = off_text(sheets)
+        data, written.vertices = off_text(sheets, with_normals=scene.format == "off")
     else:
         _warn_of_stl(scene, sheets, written)
         data, written.vertices = stl_bytes([_triangles(one) for one in sheets])
@@ -165,7 +166,7 @@ def _gltf_files(
     else:
         images = obj_pictures(scene, options, written.warnings)
         json_, binary, written.vertices, written.rounding = new_document(scene, lights, options, images)
-        _warn_of_gltf_losses(scene, options, written)
+        written.warnings += gltf_losses(scene, options)
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
         written.bytes = len(data)
@@ -174,7 +175,9 @@ def _gltf_files(
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
     if json_.get("buffers"):
         name = _buffer_name(scene, main)
-        uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else name
+        uri = (
+            "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else name
+        )
         json_["buffers"][0] = {"uri": uri, **json_["buffers"][0]}
         if not embedded:
             beside[main.with_name(name)] = binary
@@ -185,7 +188,11 @@ def _gltf_files(
 
 def _buffer_name(scene: Scene, main: Path) -> str:
     """The buffer's file: the source's own where the document is written over itself."""
-    if scene.path is not None and isinstance(scene.source, Document) and scene.path.resolve() == main.resolve():
+    if (
+        scene.path is not None
+        and isinstance(scene.source, Document)
+        and scene.path.resolve() == main.resolve()
+    ):
         uris = [entry.get("uri", "") for entry in scene.source.items("buffers")]
         if len(uris) == 1 and uris[0] and "/" not in uris[0] and not uris[0].startswith("data:"):
             return str(uris[0])
@@ -196,78 +203,13 @@ def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) 
     """An OBJ file, and the material library and textures beside it."""
     pictured = Pictured(scene, main, written.warnings)
     data, written.vertices = obj_text(sheets, pictured.libraries(sheets, material_library))
-    for mesh in scene.meshes:
-        lost = [
-            name
-            for part in mesh.parts
-            for name in part.attributes
-            if name not in ("vt", "colour", "TEXCOORD_0", "COLOR_0", "texture coordinates", *_COLORS, *_UV)
-        ]
-        if lost and any(one.kept.any() for one in sheets):
-            written.warnings.append(f"OBJ does not hold {_names(lost)} of '{mesh.name}': lost")
+    written.warnings += losses(scene, sheets, "obj")
     written.bytes = len(data) + sum(map(len, pictured.files.values()))
     return {**pictured.files, main: data}
 
 
-_COLORS = ("red", "green", "blue", "alpha")
-_UV = ("s", "t", "u", "v", "texture_u", "texture_v")
-_COLOR_NAMES = ("colour", "COLOR_0", *_COLORS)
-
-
-def _warn_of_losses(scene: Scene, sheets: list[Sheet], format_: str, written: Written) -> None:
-    """Name what PLY, OFF and STL cannot hold."""
-    held = (*_COLOR_NAMES, *_UV, "TEXCOORD_0", "vt", "texture coordinates") if format_ == "ply" else ()
-    lost = [
-        name
-        for one in sheets
-        for part, kept in zip(one.parts, one.kept, strict=True)
-        if kept
-        for name in part.attributes
-        if name not in held
-    ]
-    if lost:
-        written.warnings.append(f"{format_.upper()} does not hold {_names(lost)}: lost")
-    parts = [part for mesh in scene.meshes for part in mesh.parts]
-    if len(parts) > 1 or any(getattr(part.source, "material", None) for part in parts):
-        written.warnings.append(f"{format_.upper()} holds no parts or materials: those of {len(parts):,} parts are lost")
-    if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
-        written.warnings.append(f"{format_.upper()} holds no instances: each was written out")
-    if format_ == "stl" and any(one.normals is not None for one in sheets):
-        written.warnings.append("STL holds no vertex normals: lost")
-
-
-def _warn_of_gltf_losses(scene: Scene, options: Options, written: Written) -> None:
-    """Name what a part that is passed on has and the new document does not."""
-    held = (*_COLOR_NAMES, *_UV, "vt", "TEXCOORD_0", "texture coordinates")
-    lost = [
-        name
-        for mesh in scene.meshes
-        for part in mesh.parts
-        if part.passed_on(options)
-        for name in part.attributes
-        if name not in held
-    ]
-    if lost:
-        written.warnings.append(f"these were not carried over to glTF: {_names(lost)}")
-
-
-def _dropped(scene: Scene, options: Options) -> list[str]:
-    """Name what was dropped because the user asked."""
-    if not options.drop_attributes:
-        return []
-    carriers = [part for mesh in scene.meshes for part in mesh.parts if part.attributes]
-    if not carriers:
-        return []
-    names = [name for part in carriers for name in part.attributes]
-    return [f"dropped as asked, from {len(carriers):,} parts: {_names(names)}"]
-
-
-def _names(names: list[str]) -> str:
-    return ", ".join(dict.fromkeys(names))
-
-
 def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyFormat:
-    """Single unless that would move a point by more than epsilon; else, and from PLY, as the source has it."""
+    """Single unless that would move a point by more than epsilon; from PLY as the source has it."""
     stored = scene.meshes[0].source
     if isinstance(stored, Stored) and isinstance(stored.format, PlyFormat):
         if stored.format.double or stored.format.encoding == "ascii":
@@ -308,8 +250,11 @@ def _differs(path: Path, data: bytes) -> bool:
 
 
 def _to_stream(stream: BinaryIO, data: bytes) -> None:
+    """Write all of it: an unbuffered pipe takes only as much as it has room for."""
+    rest = memoryview(data)
     try:
-        stream.write(data)
+        while len(rest):
+            rest = rest[stream.write(rest) :]
         stream.flush()
     except BrokenPipeError:
         raise
