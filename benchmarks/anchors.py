@@ -5,8 +5,9 @@ needs: pip install "bldsimp[bench]"
 
 CSV has the columns model, points, triangles, watertight, tolerance_relative, best_peer and best_points; its
 models are in the folder BLDSIMP_MODELS. Each mesh is welded exactly, and faces that repeat a point and copies
-of faces, with whichever winding, are left out first, as the peers had it. An independent library measures the deviation both ways;
-what it finds between a mesh and itself is its own noise. Everything is printed as Markdown.
+of faces, with whichever winding, are left out first, as the peers had it. The judge measures the deviation both
+ways with an independent library; what it finds between a mesh and itself is its own noise. Everything is
+printed as Markdown.
 """
 
 from __future__ import annotations
@@ -111,9 +112,9 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float, nargs="+", default=[LOSSLESS], metavar="RELATIVE")
     args = parser.parse_args()
     folder = models_folder()
-    anchors = [a for a in read_anchors(args.csv or folder.parent / "anchors.csv") if a.relative in args.tolerance]
+    anchors = read_anchors(args.csv or folder.parent / "anchors.csv")
     rows, surprises = [], []
-    for anchor in anchors:
+    for anchor in (one for one in anchors if one.relative in args.tolerance):
         mesh = welded(*read_surface(folder / anchor.model), one_sided=True)
         found = (len(mesh.points), len(mesh.faces), is_watertight(mesh.faces))
         if found != (anchor.points, anchor.triangles, anchor.watertight):

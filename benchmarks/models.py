@@ -1,4 +1,4 @@
-"""Every file of a folder: points, facets on each rung, deviation beside the bound, and what a second run drops.
+"""Every file of a folder: points, facets on each rung, deviation beside the bound, what a second run drops.
 
 usage: python benchmarks/models.py [FOLDER] [--tolerance auto|LENGTH|PERCENT% ...] [--drop-attributes]
 needs: pip install "bldsimp[bench]"
@@ -102,7 +102,7 @@ COUNTS = (
     "model", "points", "left", "triangles", "left", "facets",
     *(rung.name.lower().replace("_", " ") for rung in Rung), "second run drops",
 )  # fmt: skip
-PROMISES = ("model", "tolerance", "bound", "found", "noise", "promise kept", "edges", "seconds", "T-junctions healed")
+PROMISES = ("model", "tolerance", "bound", "found", "noise", "promise kept", "edges", "healed", "seconds")
 
 
 def counts(name: str, run: Run) -> list[object]:
@@ -122,7 +122,7 @@ def promises(name: str, run: Run) -> list[object]:
     words = {True: "closed", False: "open"}
     edges = f"{words[report.before.watertight]} -> {words[report.after.watertight]}"
     return [
-        name, report.tolerance, run.bound, run.found, run.noise, run.kept, edges, run.seconds, report.healed,
+        name, report.tolerance, run.bound, run.found, run.noise, run.kept, edges, report.healed, run.seconds,
     ]  # fmt: skip
 
 

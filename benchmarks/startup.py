@@ -64,7 +64,7 @@ def figures(mesh: Surface, runs: int) -> str:
     rows = []
     with tempfile.TemporaryDirectory() as scratch:
         for read, written in FORMATS:
-            source, target = (Path(scratch) / f"{name}.{to}" for name, to in (("fine", read), ("out", written)))
+            source, target = Path(scratch) / f"fine.{read}", Path(scratch) / f"light.{written}"
             trimesh.Trimesh(mesh.points, mesh.faces, process=False).export(source)
             jobs = {"ours": partial(ours, source, target), "theirs": partial(theirs, source, target)}
             for job in jobs.values():  # once, so that no program pays for a cold disk

@@ -94,7 +94,7 @@ def _distances(points: Exact, a: Exact, b: Exact, c: Exact) -> Exact:
     above = np.all([_dot(np.cross(v - u, points - u), normal) >= 0 for u, v in edges], axis=0) & (area > 0)
     distances = np.min([_distances_to_segments(points, u, v) for u, v in edges], axis=0)
     heights = np.abs(_dot(points - a, normal)) / np.where(area > 0, area, 1)
-    return np.where(above, np.minimum(heights, distances), distances)
+    return np.asarray(np.where(above, np.minimum(heights, distances), distances))
 
 
 def _distances_to_segments(points: Exact, u: Exact, v: Exact) -> Exact:
