@@ -5,9 +5,9 @@ needs: pip install "bldsimp[bench]"
 
 CSV has the columns model, points, triangles, watertight, tolerance_relative, best_peer and best_points; its
 models are in the folder BLDSIMP_MODELS. Each mesh is welded exactly, and faces that repeat a point and copies
-of faces, with whichever winding, are left out first, as the peers had it. The judge measures the deviation both
-ways with an independent library; what it finds between a mesh and itself is its own noise. Everything is
-printed as Markdown.
+of faces, with whichever winding, are left out first, as the peers had it. The judge measures the deviation
+both ways with an independent library; what it finds between a mesh and itself is its own noise. Everything
+is printed as Markdown.
 """
 
 from __future__ import annotations
