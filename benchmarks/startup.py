@@ -17,12 +17,10 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from oversample import oversample
-from surface import Surface, read_surface
+from oversample import oversample, sparse
+from surface import Surface
 from table import table, time_in_turns
 from third_party import ROOT
-
-import bldsimp
 
 LIMIT = 1.5
 """The program may take this many times as long as trimesh alone."""
@@ -48,13 +46,6 @@ def theirs(source: Path, target: Path) -> None:
 
 def _run(command: Sequence[str]) -> None:
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-
-def fine_mesh(path: Path, triangles: int) -> Surface:
-    """A model with as many needless points as it takes."""
-    base = read_surface(path)
-    points, faces = bldsimp.simplify((base.points, base.faces)).mesh
-    return oversample(Surface(points, faces.astype("int64")), triangles)
 
 
 def figures(mesh: Surface, runs: int) -> str:
@@ -89,7 +80,7 @@ def main() -> None:
     parser.add_argument("--triangles", type=int, default=17_000, metavar="N")
     parser.add_argument("--runs", type=int, default=5)
     args = parser.parse_args()
-    print(figures(fine_mesh(args.mesh, args.triangles), args.runs))
+    print(figures(oversample(sparse(args.mesh), args.triangles), args.runs))
 
 
 if __name__ == "__main__":
