@@ -31,7 +31,7 @@ OPEN_ALLOWANCE = 1.005
 """An open model may keep this many times the points of the best peer, since most peers tear its borders."""
 
 ALLOWANCES = {"pmp_fandisk.off": 1.1}
-"""Models with an allowance of their own: at this tolerance the best peer opens this closed mesh."""
+"""Models with an allowance of their own: on a curved part it pays that the best peer moves points."""
 
 
 @dataclass
