@@ -17,30 +17,49 @@ std::uint64_t mix(std::uint64_t h) {
   return h;
 }
 
+inline void prefetch([[maybe_unused]] const void* address) {
+#if defined(__GNUC__)
+  __builtin_prefetch(address, 1);
+#endif
+}
+
 std::uint64_t hash(Vec3 p) {
   // Adding zero turns -0 into +0, so that equal numbers have equal bits.
   const auto bits = [](double v) { return std::bit_cast<std::uint64_t>(v + 0.0); };
   return mix(mix(mix(bits(p.x)) + bits(p.y)) + bits(p.z));
 }
 
-// Fills `class_of_row` with the number of each used row's position, in order of first use; returns
-// one row for each position.
+// Fills `position_of_row` with the number of each used row's position, in order of first use; returns one
+// row for each position. Rows are hashed in blocks, so that the slots of a block are on their way from
+// memory together.
 std::vector<Index> distinct_positions(std::span<const Vec3> rows, std::span<const Face> faces,
-                                      std::vector<Index>& class_of_row) {
+                                      std::vector<Index>& position_of_row) {
+  position_of_row.assign(rows.size(), -1);
+  std::vector<std::uint8_t> used(rows.size(), 0);
+  for (const Face& face : faces)
+    for (const Index row : face) used[row] = 1;
   std::vector<Index> first_row;
-  class_of_row.assign(rows.size(), -1);
+  first_row.reserve(rows.size());
   std::vector<Index> slots(std::bit_ceil(std::max<std::size_t>(16, 2 * rows.size())), -1);
   const std::size_t mask = slots.size() - 1;
-  for (const Face& face : faces) {
-    for (const Index row : face) {
-      if (class_of_row[row] >= 0) continue;
-      std::size_t slot = hash(rows[row]) & mask;
+  constexpr std::size_t block = 32;
+  std::array<std::size_t, block> home;
+  for (std::size_t from = 0; from < rows.size(); from += block) {
+    const std::size_t count = std::min(block, rows.size() - from);
+    for (std::size_t i = 0; i < count; ++i) {
+      home[i] = hash(rows[from + i]) & mask;
+      prefetch(&slots[home[i]]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Index row = static_cast<Index>(from + i);
+      if (!used[row]) continue;
+      std::size_t slot = home[i];
       while (slots[slot] >= 0 && !(rows[first_row[slots[slot]]] == rows[row])) slot = (slot + 1) & mask;
       if (slots[slot] < 0) {
         slots[slot] = static_cast<Index>(first_row.size());
         first_row.push_back(row);
       }
-      class_of_row[row] = slots[slot];
+      position_of_row[row] = slots[slot];
     }
   }
   return first_row;
