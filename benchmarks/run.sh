@@ -29,3 +29,4 @@ section triangulation "The triangulation" triangulation.py
 section anchors "Points beside the best peer" anchors.py
 section startup "From start to end" startup.py
 section models "Every model" models.py
+section models "Every model, textures and colours dropped" models.py --drop-attributes --tolerance auto
