@@ -133,6 +133,13 @@ void bind_mesh(nb::module_& m) {
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
   def_view<double>(facets, "planes", &Facets::planes);
+  facets.def(
+      "__init__",
+      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 5>> planes) {
+        const auto all = rows<Plane>(planes);
+        new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}};
+      },
+      "facet_of_face"_a, "planes"_a);
   m.def(
       "find_facets",
       [](Points3 points, Faces3 faces, const Halfedges& h, Indices label, std::tuple<double, double, double> origin,
@@ -147,7 +154,7 @@ void bind_mesh(nb::module_& m) {
       "group_faces",
       [](const Facets& all) {
         Grouped grouped = group_faces(all);
-        return nb::make_tuple(give<Index>(std::move(grouped.start)), give<Index>(std::move(grouped.order)));
+        return std::tuple(give<Index>(std::move(grouped.start)), give<Index>(std::move(grouped.order)));
       },
       "facets"_a);
   m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
