@@ -99,7 +99,7 @@ void curve_is_continuous() {
   grid.push_back({0, 0});
   grid.push_back({64, 64});
   HilbertOrder workspace;
-  const auto order = workspace.order(grid);
+  const auto order = workspace.along_curve(grid);
   std::vector<Point2> sequence;
   for (const Index i : order)
     if (i < 64 * 64) sequence.push_back(grid[i]);
@@ -115,7 +115,7 @@ void curve_enters_clusters() {
     points.push_back({0.5 + static_cast<double>(generator() % 512) * 0x1p-50,
                       0.5 + static_cast<double>(generator() % 512) * 0x1p-50});
   HilbertOrder workspace;
-  const auto order = workspace.order(points);
+  const auto order = workspace.along_curve(points);
   double way = 0.0;
   for (std::size_t i = 1; i < order.size(); ++i)
     if (order[i] > 1 && order[i - 1] > 1)
