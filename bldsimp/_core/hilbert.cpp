@@ -122,7 +122,8 @@ void HilbertOrder::sort(std::span<const Point2> points, std::size_t begin, std::
   const double extent = std::max(most.x * 0.5 - least.x * 0.5, most.y * 0.5 - least.y * 0.5);
   if (!(extent > 0.0)) return sweep();
   for (std::size_t i = begin; i < end; ++i)
-    keyed_[i] = {position_on_curve(cell(at(i).x, least.x, extent), cell(at(i).y, least.y, extent)), order_[i]};
+    keyed_[i] = {position_on_curve(cell(at(i).x, least.x, extent), cell(at(i).y, least.y, extent)),
+                 order_[i]};
   sort_by_key(begin, end);
   for (std::size_t i = begin; i < end; ++i) order_[i] = keyed_[i].index;
   for (std::size_t first = begin; first < end;) {

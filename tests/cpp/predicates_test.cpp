@@ -37,7 +37,8 @@ void expansions_agree_with_whole_numbers() {
     CHECK(incircle(a, b, c, d) ==
           incircle(scaled(a, power), scaled(b, power), scaled(c, power), scaled(d, power)));
     const Point3 p = point3(), q = point3(), r = point3(), s = point3();
-    CHECK(orient3d(p, q, r, s) == orient3d(scaled(p, power), scaled(q, power), scaled(r, power), scaled(s, power)));
+    CHECK(orient3d(p, q, r, s) ==
+          orient3d(scaled(p, power), scaled(q, power), scaled(r, power), scaled(s, power)));
   }
 }
 
@@ -119,7 +120,8 @@ void curve_enters_clusters() {
   double way = 0.0;
   for (std::size_t i = 1; i < order.size(); ++i)
     if (order[i] > 1 && order[i - 1] > 1)
-      way += std::hypot(points[order[i]].x - points[order[i - 1]].x, points[order[i]].y - points[order[i - 1]].y);
+      way += std::hypot(points[order[i]].x - points[order[i - 1]].x,
+                        points[order[i]].y - points[order[i - 1]].y);
   CHECK(way < 500 * 64 * 0x1p-50);
 }
 
