@@ -307,6 +307,12 @@ void check_range(std::span<const Index> indices, std::size_t count) {
   if (!within) throw nb::index_error("index out of range");
 }
 
+void check_offsets(std::span<const std::int64_t> offsets, std::size_t count) {
+  bool rising = offsets.empty() || (offsets.front() >= 0 && offsets.back() <= static_cast<std::int64_t>(count));
+  for (std::size_t i = 1; i < offsets.size(); ++i) rising &= offsets[i - 1] <= offsets[i];
+  if (!rising) throw nb::index_error("offsets out of range, or not rising");
+}
+
 // (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
 // statistics); nothing after the points counts where segments cross.
 auto triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
@@ -345,6 +351,7 @@ void bind_triangulation(nb::module_& m) {
       "triangulate_polygons",
       [](Points3 points, In<std::int64_t, nb::shape<-1>> offsets, Indices corners) {
         check_range(flat(corners), points.shape(0));
+        check_offsets(flat(offsets), corners.shape(0));
         PolygonFaces result;
         {
           nb::gil_scoped_release release;

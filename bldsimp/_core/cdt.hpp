@@ -1,7 +1,7 @@
 // Constrained Delaunay triangulation by morphological recognition.
 //
-// Points are inserted one by one along a Hilbert curve, each located by a walk that crosses the
-// edge which sees it on the other side; Lawson flips keep the net Delaunay. Each segment then swaps
+// Points are inserted one by one, in rounds along a Hilbert curve, each located by a walk that crosses
+// the edge which sees it on the other side; Lawson flips keep the net Delaunay. Each segment then swaps
 // diagonals in its influence domain until it is an edge, and what lies outside the rings is carved
 // away. The outside is a fan of ghost triangles around a point at infinity: no bounding triangle
 // whose size would have to be guessed, and no hull edge lost.
