@@ -67,10 +67,12 @@ def rounding_spacing(mesh: Mesh) -> float:
     used = mesh.used_points
     if mesh.single or not len(used):
         return spacing(mesh)
+    largest = float(np.abs(mesh.box).max())
+    if largest > float(np.finfo(np.float32).max):
+        return spacing(mesh)
     digits = np.maximum(mesh.rounding, READ_BACK * np.abs(used))
-    largest = np.float32(np.abs(mesh.box).max())
-    single = float(np.spacing(largest))
-    were_single = np.all(np.abs(used.astype(np.float32) - used) <= digits * (1.0 + 1e-6))
+    single = float(np.spacing(np.float32(largest)))
+    were_single = np.all(np.abs(used.astype(np.float32).astype(np.float64) - used) <= digits * (1.0 + 1e-6))
     return single if were_single and 20.0 * mesh.rounding <= single else spacing(mesh)
 
 

@@ -266,6 +266,44 @@ class TestPatch:
         light_one = glb_parts(after)[0]["meshes"][0]["primitives"][1]
         assert len(glb_values(after, light_one["attributes"]["POSITION"])) == 8
 
+    @pytest.mark.parametrize("interleaved", [False, True])
+    def test_a_shared_view_keeps_only_what_is_still_used(self, tmp_path: Path, interleaved: bool) -> None:
+        document = Gltf()
+        random = np.random.default_rng(0)
+        points, faces = fine_box()
+        uv = random.random((98, 2)).astype(np.float32)
+        far = points + 10.0
+        if interleaved:
+            rows, offsets, stride = np.hstack([points, np.zeros((98, 3)), far, uv]), (0, 24, 36), 44
+            shared = document.accessor(np.frombuffer(rows.astype("<f4").tobytes(), "<f4"))
+        else:
+            blocks = [points, np.zeros((98, 3)), far, uv]
+            shared = document.accessor(np.concatenate([np.asarray(block, "<f4").ravel() for block in blocks]))
+            offsets, stride = (0, 98 * 24, 98 * 36), None
+        view = document.json["accessors"].pop()["bufferView"]
+        assert shared == 0
+        if stride:
+            document.json["bufferViews"][view]["byteStride"] = stride
+        for offset, kind in zip(offsets, ("VEC3", "VEC3", "VEC2"), strict=True):
+            document.json["accessors"].append(
+                {"bufferView": view, "byteOffset": offset, "componentType": 5126, "count": 98, "type": kind}
+            )
+        indices = document.accessor(faces.reshape(-1), "u2")
+        if not interleaved:
+            document.json["bufferViews"][view].pop("byteStride", None)
+        document.mesh(
+            {"attributes": {"POSITION": 0}, "indices": indices},
+            {"attributes": {"POSITION": 1, "TEXCOORD_0": 2}, "indices": indices},
+        )
+        data = document.glb()
+        _, after = light(data, tmp_path / "out.glb")
+        first, second = glb_parts(after)[0]["meshes"][0]["primitives"]
+        assert len(glb_values(after, first["attributes"]["POSITION"])) == 8
+        assert np.array_equal(glb_values(after, second["attributes"]["POSITION"]), far.astype(np.float32))
+        assert np.array_equal(glb_values(after, second["attributes"]["TEXCOORD_0"]), uv)
+        spared = len(glb_parts(data)[1]) - len(glb_parts(after)[1])
+        assert spared > (-400 if interleaved else 98 * 24 - 400)
+
     def test_dropped_attributes_take_their_textures_along(self, tmp_path: Path) -> None:
         document = Gltf()
         uv = document.accessor(np.zeros((98, 2)))

@@ -141,6 +141,18 @@ class TestText:
         assert np.array_equal(pairs[:, :2], pairs[:, 2:])
 
 
+    def test_names_that_are_no_utf8_stay_as_they_are(self, tmp_path: Path) -> None:
+        lines = obj_text(*fine_box()).encode().splitlines()
+        lines[-192:-192] = [b"mtllib m.mtl", b"o caf\xe9", b"usemtl gr\xfcn"]
+        write(tmp_path / "m.mtl", b"newmtl gr\xfcn\nKd 0 1 0\n")
+        light(write(tmp_path / "in.obj", b"\n".join(lines)), tmp_path / "out.obj")
+        assert b"\no caf\xe9\nusemtl gr\xfcn\n" in (tmp_path / "out.obj").read_bytes()
+        light(tmp_path / "in.obj", tmp_path / "out.glb")
+        material = glb_parts((tmp_path / "out.glb").read_bytes())[0]["materials"][0]
+        assert material["name"] == "gr\ufffdn"
+        assert material["pbrMetallicRoughness"]["baseColorFactor"] == [0, 1, 0, 1]
+
+
 class TestPly:
     def test_single_stays_single_and_double_double(self, tmp_path: Path) -> None:
         points, faces = open_cone(7)

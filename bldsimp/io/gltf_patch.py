@@ -26,6 +26,7 @@ from .gltf_references import (
     unknown_extensions,
     view_slots,
 )
+from .gltf_trim import trimmed
 
 
 def patched(
@@ -219,6 +220,8 @@ def _settle_views(document: Document, json_: dict[str, Any], body: Body, freed: 
     dropped = sorted(freed - kept)
     numbers = _merged(len(old), dropped, len(body.views), bool(unknown_extensions(json_)))
     data = {numbers[i]: document.view(i) for i in range(len(old)) if i in numbers}
+    if not unknown_extensions(json_):
+        data |= {numbers[i]: trimmed(json_, i, document.view(i)) for i in sorted(freed & kept)}
     data |= {numbers[-1 - i]: bytes(view.data) for i, view in enumerate(body.views)}
     for container, key in list(view_slots(json_)):
         container[key] = numbers[container[key]]

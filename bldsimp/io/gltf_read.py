@@ -24,6 +24,8 @@ class Rows:
 
     position: int
     normal: int | None
+    texture: int | None
+    color: int | None
     start: int
     count: int
 
@@ -72,7 +74,7 @@ def _mesh(document: Document, index: int, skinned: bool) -> Mesh | None:
     """One mesh, or None where it has no triangles."""
     entry = document.items("meshes")[index]
     name = str(entry.get("name", f"mesh {index}"))
-    shared: dict[tuple[int, int | None], Rows] = {}
+    shared: dict[tuple[int | None, ...], Rows] = {}
     parts, faces = [], []
     rows_so_far = 0
     for number, primitive in enumerate(entry.get("primitives", [])):
@@ -81,10 +83,11 @@ def _mesh(document: Document, index: int, skinned: bool) -> Mesh | None:
         attributes = primitive.get("attributes", {})
         if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             continue
-        key = attributes["POSITION"], attributes.get("NORMAL")
+        position = attributes["POSITION"]
+        key = position, *(attributes.get(name) for name in ("NORMAL", "TEXCOORD_0", "COLOR_0"))
         if key not in shared:
-            count = len(document.accessor(key[0]))
-            shared[key] = Rows(*key, rows_so_far, count)
+            count = len(document.accessor(position))
+            shared[key] = Rows(position, key[1], key[2], key[3], rows_so_far, count)
             rows_so_far += count
         rows = shared[key]
         own = _faces(document, primitive, rows, f"{name}, primitive {number}")

@@ -13,7 +13,7 @@ def read_materials(libraries: list[str], beside: Callable[[str], bytes | None]) 
     for library in libraries:
         data = beside(library)
         if data is not None:
-            _read_library(data.decode("utf-8", "replace"), materials)
+            _read_library(data.decode("utf-8", "surrogateescape"), materials)
     return materials
 
 

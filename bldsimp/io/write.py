@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import base64
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
+from urllib.parse import quote, unquote
 
 import numpy as np
 
@@ -23,7 +25,7 @@ from .mtl import material_library
 from .obj_write import obj_text
 from .plain_write import off_text, ply_bytes, stl_bytes
 from .ply import PlyFormat
-from .rounding import single_rounding
+from .rounding import fallen_together, single_rounding
 from .sheet import Sheet, instance, sheet
 from .surface import Polygons, Stored
 from .target import replace_files
@@ -132,7 +134,9 @@ def _files(
     elif format_ == "off":
         data, written.vertices = off_text(sheets, with_normals=scene.format == "off")
     else:
-        _warn_of_stl(scene, sheets, written)
+        used = [one.points for one in sheets]
+        written.rounding = max(map(single_rounding, used))
+        _warn_of_rounding(scene, "STL", sum(map(fallen_together, used)), written)
         data, written.vertices = stl_bytes([_triangles(one) for one in sheets])
     written.bytes = len(data)
     return {main: data}
@@ -165,7 +169,9 @@ def _gltf_files(
             beside = copies(json_, scene.path, main, written.warnings)
     else:
         images = obj_pictures(scene, options, written.warnings)
-        json_, binary, written.vertices, written.rounding = new_document(scene, lights, options, images)
+        json_, binary, made = new_document(scene, lights, options, images)
+        written.vertices, written.rounding = made.vertices, made.rounding
+        _warn_of_rounding(scene, "glTF", made.fallen, written)
         written.warnings += gltf_losses(scene, options)
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
@@ -175,9 +181,8 @@ def _gltf_files(
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
     if json_.get("buffers"):
         name = _buffer_name(scene, main)
-        uri = (
-            "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else name
-        )
+        inside = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
+        uri = inside if embedded else quote(name)
         json_["buffers"][0] = {"uri": uri, **json_["buffers"][0]}
         if not embedded:
             beside[main.with_name(name)] = binary
@@ -188,15 +193,17 @@ def _gltf_files(
 
 def _buffer_name(scene: Scene, main: Path) -> str:
     """The buffer's file: the source's own where the document is written over itself."""
-    if (
-        scene.path is not None
-        and isinstance(scene.source, Document)
-        and scene.path.resolve() == main.resolve()
-    ):
-        uris = [entry.get("uri", "") for entry in scene.source.items("buffers")]
-        if len(uris) == 1 and uris[0] and "/" not in uris[0] and not uris[0].startswith("data:"):
-            return str(uris[0])
-    return main.stem + ".bin"
+    own = main.stem + ".bin"
+    if scene.path is None or not isinstance(scene.source, Document):
+        return own
+    uris = [str(entry.get("uri", "")) for entry in scene.source.items("buffers")]
+    beside = [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
+    if scene.path.resolve() == main.resolve():
+        return beside[0] if len(beside) == 1 and "/" not in beside[0] else own
+    # The input must still be whole afterwards.
+    while any((scene.path.parent / name).resolve() == main.with_name(own).resolve() for name in beside):
+        own = f"light_{own}"
+    return own
 
 
 def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
@@ -217,19 +224,22 @@ def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyForma
         encoding = stored.format.encoding
     else:
         encoding = "binary_little_endian"
-    moved = max(single_rounding(one.points[one.used()]) for one in sheets)
+    moved = max(single_rounding(one.points) for one in sheets)
     double = moved > epsilon(scene)
     written.rounding = 0.0 if double else moved
     return PlyFormat(encoding, double)
 
 
-def _warn_of_stl(scene: Scene, sheets: list[Sheet], written: Written) -> None:
-    """Say how far single precision moves the points."""
-    written.rounding = max(single_rounding(one.points[one.used()]) for one in sheets)
+def _warn_of_rounding(scene: Scene, format_: str, fallen: int, written: Written) -> None:
+    """Say what single precision did to the points, where that is more than the file's own numbers do."""
+    if not math.isfinite(written.rounding):
+        raise OutputError(f"the coordinates are too large for {format_}: write PLY, OBJ or OFF")
+    if fallen:
+        written.warnings.append(f"{fallen:,} points fell together in the single precision of {format_}")
     if written.rounding > max(epsilon(scene), AUTO_DIAGONAL * diagonal(scene)):
         written.warnings.append(
-            f"STL stores single precision: points moved by up to {written.rounding:.3g};"
-            " PLY, OBJ, OFF and GLB keep such coordinates"
+            f"{format_} stores single precision: points moved by up to {written.rounding:.3g};"
+            " PLY, OBJ and OFF keep such coordinates"
         )
 
 
