@@ -200,25 +200,26 @@ class Retriangulator {
     return touching;
   }
 
-  // Whether the facet, cut open along its outline, has the Euler characteristic that it had. With that its
-  // rings bound as many pieces as before: a ring that is turned over in the projection, or a neck that
-  // closes, would make pieces of their own.
+  // Whether the facet has the Euler characteristic that it had. With that its rings bound as many pieces as
+  // before: a ring that is turned over in the projection, or a neck that closes, would make one of its own.
   bool euler_agrees(Index facet, std::size_t triangles) {
-    std::int64_t points = 0, outline = 0;
+    std::int64_t points_before = 0, outline_before = 0, outline_after = 0;
     for (const Index f : faces_of(facet))
       for (const Index p : parts_.faces[f])
         if (facet_of_point_[p] != facet) {
           facet_of_point_[p] = facet;
-          ++points;
+          ++points_before;
         }
+    // Edges of the outline count once, inner ones are used twice: 2 edges = 3 triangles + 2 outline - uses.
     for (Index u = runs_.use_start[facet]; u < runs_.use_start[facet + 1]; ++u) {
       const Index chain = runs_.chain_uses[u].first;
-      outline += parts_.outlines.chain_start[chain + 1] - parts_.outlines.chain_start[chain] - 1;
+      const bool again = u > runs_.use_start[facet] && runs_.chain_uses[u - 1].first == chain;
+      const int weight = again ? -1 : 1;
+      outline_before += weight * (parts_.outlines.chain_start[chain + 1] - parts_.outlines.chain_start[chain] - 1);
+      outline_after += weight * (runs_.piece_start[chain + 1] - runs_.piece_start[chain]);
     }
-    // Points - edges + triangles, where 2 edges = 3 triangles + edges of the outline; twice.
-    const auto twice_euler = [](std::int64_t p, std::int64_t t, std::int64_t o) { return 2 * p - t - o; };
-    return twice_euler(points, std::ssize(faces_of(facet)), outline) ==
-           twice_euler(std::ssize(point_of_local_), static_cast<std::int64_t>(triangles), std::ssize(segments_));
+    return 2 * points_before - std::ssize(faces_of(facet)) - outline_before ==
+           2 * std::ssize(point_of_local_) - static_cast<std::int64_t>(triangles) - outline_after;
   }
 
   bool area_agrees(Index facet, const Projection& projection) const {
