@@ -1,4 +1,4 @@
-"""Exact distances from points to triangles and to line segments, well conditioned near zero.
+"""Exact distances from points to triangles, well conditioned near zero.
 
 All differences are taken between stored coordinates, and the distance is the length of what is left
 between the point and a point of the triangle: no squares are subtracted from each other, so a point on
@@ -45,11 +45,8 @@ class Boxes:
         return np.linalg.norm(np.maximum(outside, 0), axis=1) * (1 - 1e-12)
 
 
-def distance_to_triangles(points: Array, tree: Boxes | None, corners: Array | None = None) -> Array:
-    """Distance of each point to the nearest triangle of `tree`, or to its own triangle in `corners`."""
-    if tree is None:
-        assert corners is not None
-        return _to_own_triangle(points, corners)
+def distance_to_triangles(points: Array, tree: Boxes) -> Array:
+    """Distance of each point to the nearest triangle of a tree; a triangle may be a line segment."""
     return np.concatenate(
         [_nearest(points[i : i + 5000], tree) for i in range(0, len(points), 5000)] or [np.empty(0)]
     )
@@ -67,7 +64,7 @@ def _nearest(points: Array, tree: Boxes) -> Array:
     step = max(1, PAIRS // width)
     for i in range(0, len(row), step):
         rows = np.repeat(row[i : i + step], width)
-        own = _to_own_triangle(points[rows], tree.corners[tree.leaves[node[i : i + step]].reshape(-1)])
+        own = distance_to_own_triangle(points[rows], tree.corners[tree.leaves[node[i : i + step]].reshape(-1)])
         np.minimum.at(best, rows, own)
     return best
 
@@ -80,14 +77,17 @@ def _descend(points: Array, tree: Boxes) -> Array:
         second = tree.gap(level, 2 * node + 1, points)
         node = 2 * node + (second < first)
     width = tree.leaves.shape[1]
-    own = _to_own_triangle(np.repeat(points, width, axis=0), tree.corners[tree.leaves[node].reshape(-1)])
+    own = distance_to_own_triangle(np.repeat(points, width, axis=0), tree.corners[tree.leaves[node].reshape(-1)])
     return own.reshape(-1, width).min(axis=1)
 
 
-def _to_own_triangle(p: Array, corners: Array) -> Array:
-    """Distance of point i to triangle i: to its sides, and to the inside where the foot lies there."""
+def distance_to_own_triangle(p: Array, corners: Array) -> Array:
+    """Distance of point i to triangle i: to its sides, and to the inside where the foot lies there.
+
+    From the longest side the height of the triangle is found without loss; all ways are made square to
+    that side before they are compared, since a needle's height drowns in the rounding of its length.
+    """
     best = np.min([_to_own_segment(p, corners[:, i], corners[:, (i + 1) % 3]) for i in range(3)], axis=0)
-    # From the longest side the triangle's height is found without loss.
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     first = np.argmax(sides, axis=1)
     rows = np.arange(len(corners))
@@ -100,18 +100,6 @@ def _to_own_triangle(p: Array, corners: Array) -> Array:
         inside = (s >= 0) & (t >= 0) & (s + t <= 1)
         foot = way - s[:, None] * base - t[:, None] * side
     return np.where(inside, np.minimum(best, np.linalg.norm(np.where(inside[:, None], foot, 0), axis=1)), best)
-
-
-def distance_to_segments(points: Array, ends: Array) -> Array:
-    """Distance of each point to the nearest of some line segments (k, 2, 3)."""
-    best = np.full(len(points), np.inf)
-    step = max(1, PAIRS // max(1, len(ends)))
-    for i in range(0, len(points), step):
-        some = points[i : i + step]
-        p = np.repeat(some, len(ends), axis=0)
-        a, b = (np.tile(ends[:, k], (len(some), 1)) for k in (0, 1))
-        best[i : i + step] = _to_own_segment(p, a, b).reshape(len(some), -1).min(axis=1)
-    return best
 
 
 def _to_own_segment(p: Array, a: Array, b: Array) -> Array:

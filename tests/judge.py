@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
-from distance import Boxes, distance_to_segments, distance_to_triangles
+from distance import Boxes, distance_to_own_triangle, distance_to_triangles
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+MOST_SAMPLES = 5000
+"""Of each kind (points, edges, faces): enough for every tiny shape to be sampled whole."""
 
 
 @dataclass(frozen=True)
@@ -132,14 +134,6 @@ def topology(mesh: Surface) -> Topology:
     )
 
 
-def clashing_pairs(mesh: Surface) -> int:
-    """Edges of exactly two faces that run along them the same way."""
-    edges, edge_of, count = edges_with_counts(mesh.faces)
-    directed = directed_edges(mesh.faces)
-    forward = np.bincount(edge_of, weights=directed[:, 0] < directed[:, 1], minlength=len(edges))
-    return int(((count == 2) & (forward != 1)).sum())
-
-
 def segments(mesh: Surface, uses: str) -> Array:
     """(k, 2, 3): the open edges (``open``) or those of more than two faces (``nonmanifold``)."""
     edges, _, count = edges_with_counts(mesh.faces)
@@ -178,9 +172,10 @@ def blur(mesh: Surface) -> float:
 
 
 def samples(mesh: Surface, count: int, seed: int = 0) -> Array:
-    """All points, points on all edges, centroids, and `count` points spread by area."""
+    """Points, points on edges, centroids, and `count` points spread by area; of many, a random part."""
     rng = np.random.default_rng(seed)
     edges, _, _ = edges_with_counts(mesh.faces)
+    edges = edges[_some(len(edges), rng)]
     a, b = mesh.points[edges[:, 0]], mesh.points[edges[:, 1]]
     along = [a + (b - a) * t for t in (0.5, 0.28, 0.79)]
     weight = np.linalg.norm(area_vectors(mesh), axis=1)
@@ -189,7 +184,12 @@ def samples(mesh: Surface, count: int, seed: int = 0) -> Array:
         p, q, r = mesh.corners[rng.choice(len(weight), count, p=weight / weight.sum())].transpose(1, 0, 2)
         u, v = np.sqrt(rng.random(count))[:, None], rng.random(count)[:, None]
         inside = p + (q - p) * (u * (1 - v)) + (r - p) * (u * v)
-    return np.concatenate([mesh.points, *along, mesh.corners.mean(axis=1), inside])
+    points, middles = mesh.points[_some(len(mesh.points), rng)], mesh.corners[_some(len(mesh.faces), rng)]
+    return np.concatenate([points, *along, middles.mean(axis=1), inside])
+
+
+def _some(count: int, rng: np.random.Generator) -> Ints:
+    return np.arange(count) if count <= MOST_SAMPLES else rng.choice(count, MOST_SAMPLES, replace=False)
 
 
 def one_way(source: Surface, target: Surface, count: int = 2000) -> float:
@@ -208,8 +208,9 @@ def stray(source: Array, target: Array) -> float:
         return 0.0
     if not len(target):
         return float("inf")
+    source = source[_some(len(source), np.random.default_rng(0))]
     points = np.concatenate([source[:, 0] + (source[:, 1] - source[:, 0]) * t for t in (0, 0.25, 0.5, 0.75, 1)])
-    return float(distance_to_segments(points, target).max())
+    return float(distance_to_triangles(points, Boxes(target[:, [0, 1, 1]])).max())
 
 
 def strangers(before: Surface, after: Surface) -> int:
@@ -220,19 +221,17 @@ def strangers(before: Surface, after: Surface) -> int:
     return len(np.unique(np.concatenate([known, after.points]), axis=0)) - len(known)
 
 
-def facing(mesh: Surface, other: Surface, within: float) -> int:
-    """Faces of `mesh`, none too thin, under whose centroid no face of `other` looks the same way."""
+def facing_away(mesh: Surface, other: Surface, within: float) -> int:
+    """Faces of `mesh`, none too thin, under whose middle no face of `other` looks the same way."""
     vectors, others = area_vectors(mesh), area_vectors(other)
     sides = np.linalg.norm(mesh.corners - np.roll(mesh.corners, 1, axis=1), axis=2).max(axis=1)
     lengths = np.linalg.norm(vectors, axis=1)
     heights = np.divide(lengths, sides, out=np.zeros_like(lengths), where=sides > 0)
-    broad = np.flatnonzero(heights > 16 * within + 1e-9 * extent(mesh))
     wrong = 0
-    for face in broad:
-        near = distance_to_triangles(
-            np.repeat(mesh.corners[face].mean(axis=0)[None], len(others), axis=0), None, other.corners
-        )
-        wrong += not np.any(others[near <= within] @ vectors[face] > 0)
+    for face in np.flatnonzero(heights > 16 * within + 1e-9 * extent(mesh)):
+        middle = np.broadcast_to(mesh.corners[face].mean(axis=0), (len(others), 3))
+        near = distance_to_own_triangle(middle, other.corners) <= within
+        wrong += not np.any(others[near] @ vectors[face] > 0)
     return wrong
 
 
@@ -319,8 +318,3 @@ def positions(mesh: Surface) -> set[bytes]:
 def triangles(mesh: Surface) -> set[bytes]:
     """Triangles as a set of their positions, each from its lexicographically least corner."""
     return {t.tobytes() for t in mesh.corners}
-
-
-def nearest_gap(mesh: Surface) -> float:
-    """Least distance between two points."""
-    return float(cKDTree(mesh.points).query(mesh.points, k=2)[0][:, 1].min())

@@ -107,12 +107,16 @@ def boxes_sharing_part_of_a_wall() -> Shape:
     return merged(box((2, 2, 2)), box((2, 1, 1), (2, 0.5, 0.5)))
 
 
+def rooms_back_to_back() -> Shape:
+    """Two boxes that share a whole wall, each with its own diagonal there."""
+    return welded(merged(box(), box(at=(1, 0, 0))))
+
+
 def wall_between_two_rooms() -> Shape:
-    """Two boxes that share a whole wall, once: three faces meet at its edges."""
-    left, right = box(), box(at=(1, 0, 0))
-    points, faces = welded(merged(left, right))
-    keys = np.sort(faces, axis=1)
-    return shape(points, faces[np.sort(np.unique(keys, axis=0, return_index=True)[1])])
+    """The same with one wall between them: three faces meet at its edges."""
+    points, faces = rooms_back_to_back()
+    inside = np.flatnonzero((points[faces][:, :, 0] == 1).all(axis=1))
+    return shape(points, np.delete(faces, inside[:2], axis=0))
 
 
 def voxels(filled: NDArray[np.bool_], size: ArrayLike = (1, 1, 1)) -> Shape:
@@ -237,7 +241,7 @@ def staircase(steps: int = 6, height: float = 0.5) -> Shape:
     polygons = []
     for i in range(steps):
         z = i * height
-        polygons.append([(i, 0, z), (i, 0, z + height), (i, 3, z + height), (i, 3, z)][::-1])
+        polygons.append([(i, 0, z), (i, 0, z + height), (i, 3, z + height), (i, 3, z)])
         polygons.append([(i, 0, z + height), (i + 1, 0, z + height), (i + 1, 3, z + height), (i, 3, z + height)])
     return of_polygons(*polygons)
 
@@ -337,7 +341,7 @@ CLOSED = {
     make.__name__: make
     for make in (
         box, gabled_house, pyramid, frame, room_with_cavity, box_within_a_box, boxes_touching_in_a_point,
-        boxes_touching_in_an_edge, boxes_sharing_part_of_a_wall, pillow, thin_plate, inside_out_box,
+        boxes_touching_in_an_edge, boxes_sharing_part_of_a_wall, rooms_back_to_back, pillow, thin_plate, inside_out_box,
     )
 }  # fmt: skip
 OPEN = {
