@@ -207,7 +207,7 @@ class _Ladder:
         self.triangles = np.empty((0, 3), np.int32)
         self.part_of_triangle = np.empty(0, np.int32)
         self.kept = np.zeros(len(self.points), np.uint8)
-        self.cut: list[NDArray[np.int64]] = []
+        self.cut: list[Indices] = []
 
     def _index_chains(self, part_count: int) -> None:
         start, use_start = self.outlines.chain_start, self.outlines.use_start
@@ -273,7 +273,8 @@ class _Ladder:
         failed = np.flatnonzero(outcomes >= Cause.CROSSING)
         for i in failed:
             part = wanted[i]
-            self._step_down(part, Cause(int(outcomes[i])), _of(part, patches.put_back)[:, 0], _of(part, patches.trouble))
+            culprits = _of(part, patches.put_back)[:, 0]
+            self._step_down(part, Cause(int(outcomes[i])), culprits, _of(part, patches.trouble))
         return len(failed) == 0
 
     def _fits_together(self) -> bool:
@@ -391,4 +392,5 @@ def _of(part: np.int32, rows: Indices) -> Indices:
 def _touch(faces: Faces, edges: Indices) -> NDArray[np.bool_]:
     """Faces that have both ends of an edge; of an edge with equal ends, that point."""
     both = [np.isin(faces, edge).sum(axis=1) == (2 if edge[0] != edge[1] else 1) for edge in edges]
-    return np.any(both, axis=0)
+    touched: NDArray[np.bool_] = np.any(both, axis=0)
+    return touched

@@ -18,7 +18,7 @@ from .options import Options, Tolerance
 from .pipeline import Outcome, simplify_mesh
 from .report import PassedOn, Report
 from .rings import rings_of
-from .scene import Faces, Light, Mesh, Part, Points, Scene
+from .scene import Light, Mesh, Part, Points, Scene
 from .tolerance import blur, diagonal, resolve_tolerance, scale
 
 
@@ -60,7 +60,7 @@ class Simplified:
     def facets(self) -> list[Facet]:
         """Facets that the result still shows, in order of their first face."""
         outcome = self._outcome
-        used, compact = np.unique(outcome.triangles, return_inverse=True)
+        compact = np.unique(outcome.triangles, return_inverse=True)[1]
         triangles = compact.reshape(-1, 3).astype(np.int32)
         order = np.argsort(outcome.facet_of_face, kind="stable")
         faces = np.split(outcome.source[order], np.cumsum(np.bincount(outcome.facet_of_face))[:-1])
