@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
-from surface import Surface
+from surface import Surface, read_surface
+
+import bldsimp
 
 TURN_DEGREES = 21.0
 TURN_AXIS = (0.2, 0.3, 1.0)
 SHRINK = 0.95
+
+
+def sparse(path: Path) -> Surface:
+    """A model made light, so that it has as many points afterwards as it is over-sampled to, and no more."""
+    points, faces = bldsimp.simplify(tuple(read_surface(path))).mesh
+    return Surface(points, faces.astype(np.int64))
 
 
 def oversample(surface: Surface, triangles: int) -> Surface:

@@ -34,14 +34,17 @@ def read_surface(path: Path) -> Surface:
     return welded(np.concatenate(points), np.concatenate(faces))
 
 
-def welded(points: NDArray[np.float64], faces: NDArray[np.int64]) -> Surface:
-    """Weld exactly; drop faces that repeat a point, copies with the same winding, and unused points."""
+def welded(points: NDArray[np.float64], faces: NDArray[np.int64], *, one_sided: bool = False) -> Surface:
+    """Weld exactly; drop faces that repeat a point, copies with the same winding, and unused points.
+
+    Where `one_sided`, copies with the other winding go, too.
+    """
     distinct, of_row = np.unique(points + 0.0, axis=0, return_inverse=True)
     faces = of_row.reshape(-1)[faces].reshape(-1, 3)
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     least_first = (np.argmin(faces, axis=1)[:, None] + np.arange(3)) % 3
     cycles = np.take_along_axis(faces, least_first, axis=1)
-    _, first = np.unique(cycles, axis=0, return_index=True)
+    _, first = np.unique(np.sort(faces, axis=1) if one_sided else cycles, axis=0, return_index=True)
     used, compact = np.unique(faces[np.sort(first)], return_inverse=True)
     return Surface(distinct[used], compact.reshape(-1, 3))
 
@@ -57,9 +60,16 @@ def is_watertight(faces: NDArray[np.int64]) -> bool:
 
 
 def deviation(before: Surface, after: Surface, samples: int = 20_000) -> float:
-    """Greatest distance between two surfaces, both ways, over all points and samples spread by area."""
+    """Greatest distance between two surfaces, both ways, over all points and samples spread by area.
+
+    libigl finds the nearest face. Its squared distances are no better than the square root of what double
+    precision resolves, so the distance to that face is then taken again, in extended precision: it is never
+    less than the distance to the surface.
+    """
     if not len(after.faces):
         return float("inf")
+    origin = before.points.mean(axis=0)
+    before, after = (Surface(points - origin, faces) for points, faces in (before, after))
     return max(_one_way(before, after, samples), _one_way(after, before, samples))
 
 
@@ -67,8 +77,35 @@ def _one_way(source: Surface, target: Surface, samples: int) -> float:
     import igl
 
     sought = np.concatenate([source.points, _spread(source, samples)])
-    squared = igl.point_mesh_squared_distance(sought, np.ascontiguousarray(target.points), target.faces)[0]
-    return float(np.sqrt(squared.max()))
+    points, faces = np.ascontiguousarray(target.points), np.ascontiguousarray(target.faces)
+    nearest = faces[igl.point_mesh_squared_distance(sought, points, faces)[1]]
+    exact = points.astype(np.longdouble)
+    return float(_distances(sought.astype(np.longdouble), *(exact[corner] for corner in nearest.T)).max())
+
+
+Exact = NDArray[np.longdouble]
+
+
+def _distances(points: Exact, a: Exact, b: Exact, c: Exact) -> Exact:
+    """Distance of each point to a triangle of its own."""
+    normal = np.cross(b - a, c - a)
+    area = np.sqrt(_dot(normal, normal))
+    edges = [(a, b), (b, c), (c, a)]
+    above = np.all([_dot(np.cross(v - u, points - u), normal) >= 0 for u, v in edges], axis=0) & (area > 0)
+    distances = np.min([_distances_to_segments(points, u, v) for u, v in edges], axis=0)
+    heights = np.abs(_dot(points - a, normal)) / np.where(area > 0, area, 1)
+    return np.asarray(np.where(above, np.minimum(heights, distances), distances))
+
+
+def _distances_to_segments(points: Exact, u: Exact, v: Exact) -> Exact:
+    squared = _dot(v - u, v - u)
+    along = np.clip(_dot(points - u, v - u) / np.where(squared > 0, squared, 1), 0, 1)
+    off = points - (u + along[:, None] * (v - u))
+    return np.sqrt(_dot(off, off))
+
+
+def _dot(a: Exact, b: Exact) -> Exact:
+    return np.asarray((a * b).sum(axis=1))
 
 
 def _spread(surface: Surface, samples: int) -> NDArray[np.float64]:

@@ -85,8 +85,8 @@ class Inspection:
 
     def total(self) -> dict[str, Any]:
         """Sums over the meshes, each counted once."""
-        keys = ("parts", "points", "vertices", "triangles", "facets", "open_edges", "nonmanifold_edges")
-        keys += ("degenerate_faces", "duplicate_faces")
+        keys = ["parts", "points", "vertices", "triangles", "facets", "open_edges", "nonmanifold_edges"]
+        keys += ["degenerate_faces", "duplicate_faces"]
         total: dict[str, Any] = {key: sum(getattr(mesh, key) for mesh in self.meshes) for key in keys}
         total["watertight"] = all(mesh.watertight for mesh in self.meshes)
         return total
@@ -210,7 +210,9 @@ def inspection_text(inspection: Inspection) -> str:
         entries.append((f"total       {len(inspection.meshes):,} meshes", total))
     for head, values in entries:
         lines.append(head)
-        lines += [f"  {key.replace('_', ' '):18s}{_shown(value)}" for key, value in values.items() if key != "name"]
+        lines += [
+            f"  {key.replace('_', ' '):18s}{_shown(value)}" for key, value in values.items() if key != "name"
+        ]
     return "\n".join(lines + [f"warning     {text}" for text in inspection.warnings])
 
 
@@ -220,4 +222,6 @@ def _shown(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, list):
         return ", ".join(value) or "none"
-    return f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if isinstance(value, float) else str(value)
+    return (
+        f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if isinstance(value, float) else str(value)
+    )

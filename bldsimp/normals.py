@@ -65,18 +65,20 @@ def smooth_normals(points: Points, faces: Faces) -> Normals:
         Unit vectors; zero in rows that no face uses.
     """
     used, compact = np.unique(faces, return_inverse=True)
-    faces = compact.reshape(-1, 3)
+    corners = compact.reshape(-1, 3).astype(np.int32)
     own = points[used]
     first, position = distinct_rows(own)
-    cross = face_normals(own, faces)
+    cross = face_normals(own, corners)
     unit = cross / np.maximum(np.linalg.norm(cross, axis=1), np.finfo(float).tiny)[:, None]
     total = np.zeros((len(first), 3))
     for corner in range(3):
-        weighted = unit * _angles(own, np.roll(faces, -corner, axis=1))[:, None]
+        weighted = unit * _angles(own, np.roll(corners, -corner, axis=1))[:, None]
         for axis in range(3):
-            total[:, axis] += np.bincount(position[faces[:, corner]], weighted[:, axis], len(first))
+            total[:, axis] += np.bincount(position[corners[:, corner]], weighted[:, axis], len(first))
     length = np.linalg.norm(total, axis=1)
-    total = np.where(length[:, None] > 0.0, total / np.maximum(length, np.finfo(float).tiny)[:, None], (0.0, 0.0, 1.0))
+    total = np.where(
+        length[:, None] > 0.0, total / np.maximum(length, np.finfo(float).tiny)[:, None], (0.0, 0.0, 1.0)
+    )
     normals = np.zeros_like(points)
     normals[used] = total[position]
     return normals

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from . import _core
 from .ladder import Assembled, climb
-from .options import NEEDLE_DIAGONAL, WIDTH_SHARE, Options
+from .options import DEFAULTS, NEEDLE_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
-from .scene import Faces, Light, Mesh
+from .scene import Faces, Light, Mesh, Points
 
 Indices = NDArray[np.int32]
 
@@ -48,7 +48,7 @@ class Outcome:
     """
 
     light: Light
-    points: NDArray[np.float64]
+    points: Points
     triangles: Faces
     facet_of_triangle: Indices
     facet_of_face: Indices
@@ -66,7 +66,7 @@ class Outcome:
     reasons: dict[str, int] = field(default_factory=dict)
 
 
-def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = Options()) -> Outcome:
+def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> Outcome:
     """Simplify one mesh.
 
     Parameters
@@ -92,7 +92,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = Options()) ->
     part = mesh.part_of_face[welded.source]
     pinned = passed_on[part]
 
-    origin, diagonal, slack = _frame(points)
+    origin, diagonal, slack = _frame(mesh.box)
     within = tolerance - slack - welded.moved if tolerance > 2 * slack + welded.moved else 0.0
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
     faces, rows, halfedges, turned = _oriented(welded, pinned, width)
@@ -154,14 +154,13 @@ def _oriented(
     return faces, rows, halfedges, len(turned)
 
 
-def _frame(points: NDArray[np.float64]) -> tuple[tuple[float, float, float], float, float]:
-    """Middle and diagonal of the box of the points, and how far rounding blurs a distance there."""
-    if not len(points):
+def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
+    """Middle and diagonal of a box, and how far rounding blurs a distance there."""
+    if not np.isfinite(box).all():
         return (0.0, 0.0, 0.0), 0.0, 0.0
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = box
     x, y, z = (float(v) for v in low + (high - low) / 2)
-    slack = 2 * float(np.spacing(np.abs(points).max()))
-    return (x, y, z), math.dist(low, high), slack
+    return (x, y, z), math.dist(low, high), 2 * float(np.spacing(np.abs(box).max()))
 
 
 def _in_rows(

@@ -6,6 +6,7 @@ Only `io` makes and reads `source`; the stages see arrays alone.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -80,6 +81,20 @@ class Mesh:
     single: bool = False
     rounding: float = 0.0
     source: Any = None
+
+    @cached_property
+    def used_points(self) -> Points:
+        """Rows of `points` that a face uses."""
+        used = np.zeros(len(self.points), bool)
+        used[self.faces] = True
+        return self.points if used.all() else self.points[used]
+
+    @cached_property
+    def box(self) -> Points:
+        """Least and greatest coordinates of the used points, (2, 3); infinite where there are none."""
+        columns = self.used_points.T
+        low = [column.min(initial=np.inf) for column in columns]
+        return np.array([low, [column.max(initial=-np.inf) for column in columns]])
 
 
 @dataclass

@@ -18,7 +18,7 @@ from .options import Options, Tolerance
 from .pipeline import Outcome, simplify_mesh
 from .report import PassedOn, Report
 from .rings import rings_of
-from .scene import Faces, Light, Mesh, Part, Points, Scene
+from .scene import Light, Mesh, Part, Points, Scene
 from .tolerance import blur, diagonal, resolve_tolerance, scale
 
 
@@ -60,7 +60,7 @@ class Simplified:
     def facets(self) -> list[Facet]:
         """Facets that the result still shows, in order of their first face."""
         outcome = self._outcome
-        used, compact = np.unique(outcome.triangles, return_inverse=True)
+        compact = np.unique(outcome.triangles, return_inverse=True)[1]
         triangles = compact.reshape(-1, 3).astype(np.int32)
         order = np.argsort(outcome.facet_of_face, kind="stable")
         faces = np.split(outcome.source[order], np.cumsum(np.bincount(outcome.facet_of_face))[:-1])
@@ -175,8 +175,8 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
     for total, own in ((report.before, outcome.before), (report.after, outcome.after)):
         for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
             setattr(total, name, getattr(total, name) + getattr(own, name))
-    report.before.vertices += _used_rows(mesh, mesh.faces)
-    report.after.vertices += _used_rows(mesh, outcome.light.faces)
+    report.before.vertices += len(mesh.used_points)
+    report.after.vertices += len(np.unique(outcome.light.faces))
     report.facets += len(outcome.rung)
     rungs = np.bincount(outcome.rung, minlength=len(Rung))
     for rung in Rung:
@@ -187,12 +187,6 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
     report.turned += outcome.turned
     report.degenerate += outcome.degenerate
     report.duplicate += outcome.duplicate
-
-
-def _used_rows(mesh: Mesh, faces: Faces) -> int:
-    used = np.zeros(len(mesh.points), bool)
-    used[faces] = True
-    return int(np.count_nonzero(used))
 
 
 def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:

@@ -51,10 +51,9 @@ def spacing(mesh: Mesh) -> float:
     Single precision where every stored value is exactly single, else double; the unit of the last
     decimal digit where that is coarser (see `Mesh.rounding`).
     """
-    used = used_points(mesh)
-    if not len(used):
+    if not len(mesh.used_points):
         return 0.0
-    largest = float(np.abs(used).max())
+    largest = float(np.abs(mesh.box).max())
     binary = float(np.spacing(np.float32(largest))) if mesh.single else float(np.spacing(largest))
     return max(binary, 2.0 * mesh.rounding)
 
@@ -65,13 +64,15 @@ def rounding_spacing(mesh: Mesh) -> float:
     Decimals that could be single-precision numbers, and show more digits than those have, were single
     once: the spacing of single precision is then what blurs the mesh, coarser than `spacing` tells.
     """
-    used = used_points(mesh)
+    used = mesh.used_points
     if mesh.single or not len(used):
         return spacing(mesh)
+    largest = float(np.abs(mesh.box).max())
+    if largest > float(np.finfo(np.float32).max):
+        return spacing(mesh)
     digits = np.maximum(mesh.rounding, READ_BACK * np.abs(used))
-    largest = np.float32(np.abs(used).max())
-    single = float(np.spacing(largest))
-    were_single = np.all(np.abs(used.astype(np.float32) - used) <= digits * (1.0 + 1e-6))
+    single = float(np.spacing(np.float32(largest)))
+    were_single = np.all(np.abs(used.astype(np.float32).astype(np.float64) - used) <= digits * (1.0 + 1e-6))
     return single if were_single and 20.0 * mesh.rounding <= single else spacing(mesh)
 
 
@@ -89,11 +90,11 @@ def diagonal(scene: Scene) -> float:
     """Diagonal of the box of all points that a face uses, in world space, over all instances."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for mesh in scene.meshes:
-        used = used_points(mesh)
-        if not len(used):
+        if not len(mesh.used_points):
             continue
         for transform in mesh.transforms if len(mesh.transforms) else np.eye(4)[None]:
-            world = used if np.array_equal(transform, np.eye(4)) else placed(used, transform)
+            still = np.array_equal(transform, np.eye(4))
+            world = mesh.box if still else placed(mesh.used_points, transform)
             low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
     if not np.all(low <= high):
         return 0.0
@@ -103,19 +104,10 @@ def diagonal(scene: Scene) -> float:
     return length
 
 
-def used_points(mesh: Mesh) -> Points:
-    """Rows of a mesh's points that a face uses."""
-    used = np.zeros(len(mesh.points), bool)
-    used[mesh.faces] = True
-    return mesh.points if used.all() else mesh.points[used]
-
-
 def placed(points: Points, transform: Points) -> Points:
     """Points moved by a 4 x 4 transform, summed in a fixed order so that no library's blocking shows."""
     x, y, z = points.T
-    return np.stack(
-        [row[0] * x + row[1] * y + row[2] * z + row[3] for row in transform[:3]], axis=1
-    )
+    return np.stack([row[0] * x + row[1] * y + row[2] * z + row[3] for row in transform[:3]], axis=1)
 
 
 def _stretch(linear: Points) -> float:

@@ -31,7 +31,11 @@ def glb_of(primitive: dict, document: Gltf, **more) -> bytes:
 class TestRead:
     def test_strips_and_fans_are_the_same_box(self) -> None:
         points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 2, 0]], float)
-        expected = {((0, 0, 0), (1, 0, 0), (0, 1, 0)), ((0, 1, 0), (1, 0, 0), (1, 1, 0)), ((0, 1, 0), (1, 1, 0), (0, 2, 0))}
+        expected = {
+            ((0, 0, 0), (1, 0, 0), (0, 1, 0)),
+            ((0, 1, 0), (1, 0, 0), (1, 1, 0)),
+            ((0, 1, 0), (1, 1, 0), (0, 2, 0)),
+        }
         strip, fan, plain = Gltf(), Gltf(), Gltf()
         strip.mesh({"attributes": {"POSITION": strip.accessor(points)}, "mode": 5})
         fan_points = points[[2, 0, 1, 3, 4]]
@@ -63,7 +67,9 @@ class TestRead:
         points, faces = box(1000)
         document.json["extensionsUsed"] = ["KHR_mesh_quantization"]
         position = document.accessor(points, "u2")
-        document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
+        document.mesh(
+            {"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")}
+        )
         mesh = read(document.glb(), "glb").meshes[0]
         assert mesh.points.max() == 1000.0
         assert spacing(mesh) == 1.0
@@ -79,7 +85,9 @@ class TestRead:
         view = document.json["accessors"][both]["bufferView"]
         document.json["bufferViews"][view]["byteStride"] = 16
         document.json["accessors"][both]["type"] = "VEC3"
-        document.mesh({"attributes": {"POSITION": both}, "indices": document.accessor(faces.reshape(-1), "u4")})
+        document.mesh(
+            {"attributes": {"POSITION": both}, "indices": document.accessor(faces.reshape(-1), "u4")}
+        )
         mesh = read(document.glb(), "glb").meshes[0]
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
 
@@ -102,11 +110,17 @@ class TestRead:
         number = document.mesh(document.box(), node={"scale": [3, 1, 1], "translation": [10, 0, 0]})
         half = np.sqrt(0.5)
         document.json["nodes"].append({"mesh": number, "rotation": [0, 0, half, half]})
-        document.json["nodes"].append({"children": [1], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]})
+        document.json["nodes"].append(
+            {"children": [1], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]}
+        )
         document.json["scenes"][0]["nodes"].append(2)
         scene = read(document.glb(), "glb")
-        assert np.allclose(scene.meshes[0].transforms[0], [[3, 0, 0, 10], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
-        assert np.allclose(scene.meshes[0].transforms[1], [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]])
+        assert np.allclose(
+            scene.meshes[0].transforms[0], [[3, 0, 0, 10], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+        )
+        assert np.allclose(
+            scene.meshes[0].transforms[1], [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]]
+        )
         assert diagonal(scene) == pytest.approx(np.sqrt(18**2 + 2**2 + 7**2))
         assert resolve_tolerance(scene, Tolerance(1.0, "percent")) == pytest.approx(diagonal(scene) / 100)
 
@@ -139,12 +153,24 @@ def _spoilt(change) -> bytes:
 
 
 BROKEN = {
-    "an index out of range": (lambda d: d.json["accessors"][1].update(count=7), "names a vertex that does not exist"),
-    "an accessor beyond its view": (lambda d: d.json["accessors"][0].update(count=99), "beyond its buffer view"),
+    "an index out of range": (
+        lambda d: d.json["accessors"][1].update(count=7),
+        "names a vertex that does not exist",
+    ),
+    "an accessor beyond its view": (
+        lambda d: d.json["accessors"][0].update(count=99),
+        "beyond its buffer view",
+    ),
     "a view beyond its buffer": (lambda d: d.json["bufferViews"][0].update(byteLength=10**6), "truncated"),
     "no such accessor": (lambda d: d.json["meshes"][0]["primitives"][0].update(indices=77), "no entry 77"),
-    "Draco": (lambda d: d.json.update(extensionsRequired=["KHR_draco_mesh_compression"]), "compressed .Draco"),
-    "meshopt": (lambda d: d.json["bufferViews"][0].update(extensions={"EXT_meshopt_compression": {}}), "meshopt"),
+    "Draco": (
+        lambda d: d.json.update(extensionsRequired=["KHR_draco_mesh_compression"]),
+        "compressed .Draco",
+    ),
+    "meshopt": (
+        lambda d: d.json["bufferViews"][0].update(extensions={"EXT_meshopt_compression": {}}),
+        "meshopt",
+    ),
     "a ring of nodes": (lambda d: d.json["nodes"][0].update(children=[0]), "not a tree"),
     "no triangles": (lambda d: d.json["meshes"][0]["primitives"][0].update(mode=1), "no triangles"),
     "glTF 1": (lambda d: d.json["asset"].update(version="1.0"), "glTF 1.0"),
@@ -174,7 +200,7 @@ def test_positions_that_are_not_finite_are_named() -> None:
     points[3] = np.nan
     primitive = {"attributes": {"POSITION": document.accessor(points)}}
     primitive["indices"] = document.accessor(faces.reshape(-1), "u2")
-    with pytest.raises(InputError, match="not finite .*: 3:"):
+    with pytest.raises(InputError, match=r"not finite .*: 3:"):
         read(glb_of(primitive, document), "glb")
 
 
@@ -190,7 +216,9 @@ class TestPatch:
         primitive = document.box(fine=True)
         primitive["material"] = 0
         primitive["extras"] = {"part": "walls"}
-        document.mesh(primitive, name="house", extras={"id": 7}, node={"name": "at home", "translation": [1, 2, 3]})
+        document.mesh(
+            primitive, name="house", extras={"id": 7}, node={"name": "at home", "translation": [1, 2, 3]}
+        )
         document.json.update(
             materials=[{"name": "brick", "extras": {"fire": False}}],
             cameras=[{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}],
@@ -199,13 +227,16 @@ class TestPatch:
                          "samplers": [{"input": time, "output": move}]}],
         )  # fmt: skip
         data = document.glb()
-        scene, after = light(data, tmp_path / "out.glb")
+        _, after = light(data, tmp_path / "out.glb")
         old, new = glb_parts(data)[0], glb_parts(after)[0]
         for key in ("asset", "nodes", "scenes", "scene", "materials", "cameras", "extras"):
             assert new[key] == old[key]
         primitive = new["meshes"][0].pop("primitives")[0]
         assert new["meshes"][0] == {"name": "house", "extras": {"id": 7}}
-        assert {key: primitive[key] for key in ("material", "extras")} == {"material": 0, "extras": {"part": "walls"}}
+        assert {key: primitive[key] for key in ("material", "extras")} == {
+            "material": 0,
+            "extras": {"part": "walls"},
+        }
         sampler = new["animations"][0]["samplers"][0]
         assert glb_values(after, sampler["input"]).tolist() == [[0.0], [1.0]]
         assert glb_values(after, sampler["output"]).tolist() == np.eye(3)[:2].tolist()
@@ -235,17 +266,63 @@ class TestPatch:
         light_one = glb_parts(after)[0]["meshes"][0]["primitives"][1]
         assert len(glb_values(after, light_one["attributes"]["POSITION"])) == 8
 
+    @pytest.mark.parametrize("interleaved", [False, True])
+    def test_a_shared_view_keeps_only_what_is_still_used(self, tmp_path: Path, interleaved: bool) -> None:
+        document = Gltf()
+        random = np.random.default_rng(0)
+        points, faces = fine_box()
+        uv = random.random((98, 2)).astype(np.float32)
+        far = points + 10.0
+        if interleaved:
+            rows, offsets, stride = np.hstack([points, np.zeros((98, 3)), far, uv]), (0, 24, 36), 44
+            shared = document.accessor(np.frombuffer(rows.astype("<f4").tobytes(), "<f4"))
+        else:
+            blocks = [points, np.zeros((98, 3)), far, uv]
+            shared = document.accessor(np.concatenate([np.asarray(block, "<f4").ravel() for block in blocks]))
+            offsets, stride = (0, 98 * 24, 98 * 36), None
+        view = document.json["accessors"].pop()["bufferView"]
+        assert shared == 0
+        if stride:
+            document.json["bufferViews"][view]["byteStride"] = stride
+        for offset, kind in zip(offsets, ("VEC3", "VEC3", "VEC2"), strict=True):
+            document.json["accessors"].append(
+                {"bufferView": view, "byteOffset": offset, "componentType": 5126, "count": 98, "type": kind}
+            )
+        indices = document.accessor(faces.reshape(-1), "u2")
+        if not interleaved:
+            document.json["bufferViews"][view].pop("byteStride", None)
+        document.mesh(
+            {"attributes": {"POSITION": 0}, "indices": indices},
+            {"attributes": {"POSITION": 1, "TEXCOORD_0": 2}, "indices": indices},
+        )
+        data = document.glb()
+        _, after = light(data, tmp_path / "out.glb")
+        first, second = glb_parts(after)[0]["meshes"][0]["primitives"]
+        assert len(glb_values(after, first["attributes"]["POSITION"])) == 8
+        assert np.array_equal(glb_values(after, second["attributes"]["POSITION"]), far.astype(np.float32))
+        assert np.array_equal(glb_values(after, second["attributes"]["TEXCOORD_0"]), uv)
+        spared = len(glb_parts(data)[1]) - len(glb_parts(after)[1])
+        assert spared > (-400 if interleaved else 98 * 24 - 400)
+
     def test_dropped_attributes_take_their_textures_along(self, tmp_path: Path) -> None:
         document = Gltf()
         uv = document.accessor(np.zeros((98, 2)))
         primitive = {**document.box(fine=True, TEXCOORD_0=uv), "material": 0}
-        document.json["materials"] = [{"name": "wall", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "roughnessFactor": 0.5}}]
+        document.json["materials"] = [
+            {
+                "name": "wall",
+                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "roughnessFactor": 0.5},
+            }
+        ]
         document.mesh(primitive)
         _, after = light(document.glb(), tmp_path / "out.glb", Options(drop_attributes=True))
         json_ = glb_parts(after)[0]
         new = json_["meshes"][0]["primitives"][0]
         assert set(new["attributes"]) == {"POSITION"}
-        assert json_["materials"][new["material"]] == {"name": "wall", "pbrMetallicRoughness": {"roughnessFactor": 0.5}}
+        assert json_["materials"][new["material"]] == {
+            "name": "wall",
+            "pbrMetallicRoughness": {"roughnessFactor": 0.5},
+        }
         assert json_["materials"][0] == document.json["materials"][0]
 
     def test_stored_numbers_are_identical_in_any_component_type(self, tmp_path: Path) -> None:
@@ -253,30 +330,40 @@ class TestPatch:
         document = Gltf()
         document.json["extensionsUsed"] = ["KHR_mesh_quantization"]
         position = document.accessor(points * 1000 - 700, "i2")
-        document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
+        document.mesh(
+            {"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")}
+        )
         _, after = light(document.glb(), tmp_path / "out.glb", Options(tolerance=Tolerance(0.0, "length")))
         json_ = glb_parts(after)[0]
         accessor = json_["accessors"][json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]
         assert accessor["componentType"] == 5122
         assert json_["bufferViews"][accessor["bufferView"]]["byteStride"] == 8
         values = glb_values(after, json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
-        assert {tuple(row) for row in values.tolist()} == {tuple(row) for row in (box()[0] * 1000 - 700).tolist()}
+        assert {tuple(row) for row in values.tolist()} == {
+            tuple(row) for row in (box()[0] * 1000 - 700).tolist()
+        }
 
     def test_map_coordinates_are_identical(self, tmp_path: Path) -> None:
         for shift in (500_000.0, 5_000_000.0):
             document = Gltf()
             points, faces = fine_box(shift=shift)
             position = document.accessor(points)
-            document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
+            document.mesh(
+                {"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")}
+            )
             _, after = light(document.glb(), tmp_path / "out.glb")
             primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
             values = glb_values(after, primitive["attributes"]["POSITION"])
-            assert {tuple(row) for row in values.tolist()} <= {tuple(row) for row in points.astype(np.float32).tolist()}
+            assert {tuple(row) for row in values.tolist()} <= {
+                tuple(row) for row in points.astype(np.float32).tolist()
+            }
             assert len(values) == 8
 
     def test_unknown_extensions_stay_and_are_named(self, tmp_path: Path) -> None:
         document = Gltf()
-        document.mesh(document.box(fine=True), node={"extensions": {"ACME_sign": {"accessor": 0, "text": "hello"}}})
+        document.mesh(
+            document.box(fine=True), node={"extensions": {"ACME_sign": {"accessor": 0, "text": "hello"}}}
+        )
         document.json["extensionsUsed"] = ["ACME_sign"]
         options = Options()
         scene = read(document.glb(), "glb")
@@ -303,7 +390,9 @@ class TestPatch:
             assert uri.startswith("data:") != beside
             assert read(target, "gltf").meshes[0].points.shape == (8, 3)
 
-    def test_images_come_along_to_another_folder_and_go_into_a_glb(self, tmp_path: Path, models: Path) -> None:
+    def test_images_come_along_to_another_folder_and_go_into_a_glb(
+        self, tmp_path: Path, models: Path
+    ) -> None:
         source = models / "textured" / "kaykit_building_H" / "building_H.gltf"
         picture = (source.parent / "citybits_texture.png").read_bytes()
         scene = read(source, "gltf")

@@ -7,8 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 from shapes import (
-    FAR, Gltf, box, box_quads, concave_polygon_obj, fine_box, obj_text, off_text, open_cone, ply_bytes, stl_text,
-    triangle_set, write,
+    FAR,
+    Gltf,
+    box,
+    box_quads,
+    concave_polygon_obj,
+    fine_box,
+    obj_text,
+    off_text,
+    open_cone,
+    ply_bytes,
+    stl_text,
+    triangle_set,
+    write,
 )  # fmt: skip
 
 from bldsimp import InputError, Mesh, Scene
@@ -108,13 +119,20 @@ class TestObj:
         text = obj_text(points, faces).replace("\n", "\r\n").replace("v ", "v\t") + "# done\r\n"
         assert triangle_set(*_arrays(text)) == triangle_set(points, faces)
 
+    def test_a_byte_order_mark_and_bare_carriage_returns(self) -> None:
+        points, faces = box()
+        mesh = mesh_of(b"\xef\xbb\xbf" + obj_text(points, faces).replace("\n", "\r").encode(), "obj")
+        assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+
     def test_faces_of_two_corners_are_left_out_and_told(self) -> None:
         scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2//\nf 1// 2// 3//\nf 1 1 2\n", "obj")
         assert len(scene.meshes[0].faces) == 1
         assert scene.warnings == ["2 faces with fewer than three distinct corners were left out"]
 
     def test_corner_forms_may_differ_within_a_file(self) -> None:
-        text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1 2 3\nf 1//1 2//1 3//1\nf 1/1 3/1/1 4\n"
+        text = (
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1 2 3\nf 1//1 2//1 3//1\nf 1/1 3/1/1 4\n"
+        )
         mesh = mesh_of(text, "obj")
         assert len(mesh.faces) == 3
         assert mesh.parts[0].attributes == ("vt",)
@@ -131,6 +149,12 @@ class TestObj:
         mesh = mesh_of(text, "obj")
         assert mesh.parts[0].attributes == ("colour",)
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+
+    def test_short_normals_and_texture_coordinates_are_filled_up(self) -> None:
+        mesh = mesh_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvn 0 1\nf 1/1/1 2/1/1 3/1/1\n", "obj")
+        assert mesh.normals is not None
+        assert mesh.normals.tolist() == [[0, 1, 0]] * 3
+        assert mesh.source.carried["TEXCOORD_0"].tolist() == [[0.5, 0]] * 3
 
     def test_lines_and_curves_are_told(self) -> None:
         scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nl 2 3\n", "obj")
@@ -217,12 +241,12 @@ BROKEN = {
     "an OBJ of words": ("obj", "v zero 0 0\nf 1 1 1\n", "'zero' is not a number"),
     "a PLY without header": ("ply", "plywood", "no PLY header"),
     "a PLY of a kind unknown": ("ply", "ply\nformat morse 1.0\nend_header\n", "'morse'"),
-    "a PLY with a type unknown": ("ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\nend_header\n", "quad"),
+    "a PLY of odd types": ("ply", "ply\nformat ascii 1.0\nelement v 1\nproperty quad x\nend_header\n", "x"),
     "an OFF without header": ("off", "3 1 0\n", "no OFF header"),
     "an OFF cut short": ("off", off_text(*box())[:-20], "ends early"),
     "an OFF in binary": ("off", "OFF BINARY\n", "binary OFF"),
     "an OFF index that is too large": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "do not exist"),
-    "an OFF face of fewer corners than it says": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", "fewer corners"),
+    "an OFF face of too few corners": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", "fewer corners"),
     "an STL of noise": ("stl", "solid a\nfacet\n", "no faces"),
 }  # fmt: skip
 

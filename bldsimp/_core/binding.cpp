@@ -10,6 +10,7 @@
 
 #include "cdt.hpp"
 #include "facets.hpp"
+#include "farthest.hpp"
 #include "halfedges.hpp"
 #include "orient.hpp"
 #include "outlines.hpp"
@@ -132,6 +133,13 @@ void bind_mesh(nb::module_& m) {
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
   def_view<double>(facets, "planes", &Facets::planes);
+  facets.def(
+      "__init__",
+      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 5>> planes) {
+        const auto all = rows<Plane>(planes);
+        new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}};
+      },
+      "facet_of_face"_a, "planes"_a);
   m.def(
       "find_facets",
       [](Points3 points, Faces3 faces, const Halfedges& h, Indices label, std::tuple<double, double, double> origin,
@@ -142,6 +150,13 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
 
+  m.def(
+      "group_faces",
+      [](const Facets& all) {
+        Grouped grouped = group_faces(all);
+        return std::tuple(give<Index>(std::move(grouped.start)), give<Index>(std::move(grouped.order)));
+      },
+      "facets"_a);
   m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
 
   nb::class_<Outlines> outlines(m, "Outlines");
@@ -246,6 +261,14 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
+  m.def(
+      "farthest",
+      [](Points3 queries, Points3 points, Faces3 faces, double limit) {
+        nb::gil_scoped_release release;
+        return farthest(rows<Vec3>(queries), rows<Vec3>(points), rows<Face>(faces), limit);
+      },
+      "queries"_a, "points"_a, "faces"_a, "limit"_a);
+
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, Faces3 face_rows, Indices facet_of_face,

@@ -1,4 +1,4 @@
-// The edges of a mesh, each with the halfedges on it: the loop that pairing and orienting share.
+// The edges of a mesh, each with the halfedges on it.
 #pragma once
 
 #include <algorithm>
@@ -14,31 +14,43 @@ inline Index origin(std::span<const Face> faces, Index h) { return faces[h / 3][
 inline Index target(std::span<const Face> faces, Index h) { return faces[h / 3][next_halfedge(h) % 3]; }
 inline Index apex(std::span<const Face> faces, Index h) { return faces[h / 3][previous_halfedge(h) % 3]; }
 
-// Calls visit(span of halfedges) for each edge, by its lower and then its upper end; the halfedges of an
-// edge come in rising order. Buckets by the lower end are small, so this is nearly linear.
-template <class Visit>
-void for_each_edge(std::span<const Face> faces, Index point_count, Visit visit) {
-  const Index count = static_cast<Index>(3 * faces.size());
-  const auto lower = [&](Index h) { return std::min(origin(faces, h), target(faces, h)); };
-  const auto upper = [&](Index h) { return std::max(origin(faces, h), target(faces, h)); };
-  std::vector<Index> start(point_count + 1, 0), bucketed(count);
-  for (Index h = 0; h < count; ++h) ++start[lower(h) + 1];
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  for (Index h = 0; h < count; ++h) bucketed[start[lower(h)]++] = h;  // start now holds the ends
-  std::vector<std::pair<Index, Index>> bucket;
-  std::vector<Index> edge;
-  Index from = 0;
-  for (Index p = 0; p < point_count; ++p) {
-    bucket.clear();
-    for (; from < start[p]; ++from) bucket.push_back({upper(bucketed[from]), bucketed[from]});
-    std::sort(bucket.begin(), bucket.end());
-    for (std::size_t i = 0; i < bucket.size();) {
-      edge.clear();
-      const Index end = bucket[i].first;
-      for (; i < bucket.size() && bucket[i].first == end; ++i) edge.push_back(bucket[i].second);
-      visit(std::span<const Index>(edge));
+// The halfedges of a mesh by the lower end of their edge. O(faces).
+class EdgeBuckets {
+ public:
+  EdgeBuckets(std::span<const Face> faces, Index point_count) : faces_(faces), end_(point_count + 1, 0) {
+    const Index count = static_cast<Index>(3 * faces.size());
+    bucketed_.resize(count);
+    for (Index h = 0; h < count; ++h) ++end_[lower(h) + 1];
+    std::partial_sum(end_.begin(), end_.end(), end_.begin());
+    for (Index h = 0; h < count; ++h) bucketed_[end_[lower(h)]++] = h;  // from start to end of its bucket
+  }
+
+  // Calls visit(span of halfedges) for each edge whose lower end is in first .. last - 1, by its lower and
+  // then its upper end; the halfedges of an edge come in rising order. Buckets are small, so this is
+  // nearly linear.
+  template <class Visit>
+  void visit(Index first, Index last, Visit visit_edge) const {
+    std::vector<std::pair<Index, Index>> bucket;
+    std::vector<Index> edge;
+    for (Index p = first; p < last; ++p) {
+      bucket.clear();
+      for (Index i = p == 0 ? 0 : end_[p - 1]; i < end_[p]; ++i) bucket.push_back({upper(bucketed_[i]), bucketed_[i]});
+      std::sort(bucket.begin(), bucket.end());
+      for (std::size_t i = 0; i < bucket.size();) {
+        edge.clear();
+        const Index upper_end = bucket[i].first;
+        for (; i < bucket.size() && bucket[i].first == upper_end; ++i) edge.push_back(bucket[i].second);
+        visit_edge(std::span<const Index>(edge));
+      }
     }
   }
-}
+
+ private:
+  Index lower(Index h) const { return std::min(origin(faces_, h), target(faces_, h)); }
+  Index upper(Index h) const { return std::max(origin(faces_, h), target(faces_, h)); }
+
+  std::span<const Face> faces_;
+  std::vector<Index> end_, bucketed_;
+};
 
 }  // namespace bldsimp

@@ -7,6 +7,7 @@
 #include <queue>
 #include <tuple>
 
+#include "edges.hpp"
 #include "parallel.hpp"
 #include "plane_fit.hpp"
 #include "predicates.hpp"
@@ -116,12 +117,25 @@ class FacetFinder {
     return true;
   }
 
+  // The same for two faces that share the edge of h and t, where only the third points are in question.
+  // The larger face has the more reliable plane.
+  bool in_plane(Index h, Index t) const {
+    const Vec3 n = area_vector(h / 3), m = area_vector(t / 3);
+    if (dot(n, m) <= 0) return false;
+    if (limits_.width == 0) return in_plane_of(h / 3, t / 3);
+    const bool first_is_larger = dot(n, n) >= dot(m, m);
+    const Vec3 normal = first_is_larger ? n : m;
+    const Index tip = apex(faces_, first_is_larger ? t : h);
+    const double height = dot(normal, points_[tip] - points_[origin(faces_, h)]);
+    return height * height <= limits_.width * limits_.width * dot(normal, normal);
+  }
+
   bool flat_across(Index h, Index t) const {
     const Index f = h / 3, g = t / 3;
     if (label_[f] != label_[g] || label_[f] < 0) return false;
     if ((is_needle(f) && h == longest_halfedge(f)) || (is_needle(g) && t == longest_halfedge(g))) return true;
+    if (!is_needle(f) && !is_needle(g)) return in_plane(h, t);
     const Index a = host(f), b = host(g);
-    // The larger face has the more reliable plane.
     const Vec3 n = area_vector(a), m = area_vector(b);
     return dot(n, n) >= dot(m, m) ? in_plane_of(a, b) : in_plane_of(b, a);
   }
@@ -173,25 +187,45 @@ class FacetFinder {
     }
   }
 
-  // Best plane of the faces and the slab about it; no normal where they are no wider than a needle.
+  // A plane of the faces and the slab about it; no normal where they are no wider than a needle. The sum of
+  // the area vectors depends on the outline alone, and is good enough for most facets; where its slab is too
+  // wide, the best fit decides.
   Slab fit(std::span<const Index> set) const {
-    Moments moments(corner(set[0], 0));
-    Vec3 facing{0, 0, 0}, least = corner(set[0], 0), greatest = least;
+    Slab slab;
+    Vec3 facing{0, 0, 0};
+    bool has_plane = false;
     for (const Index f : set) {
-      moments.add(corner(f, 0), corner(f, 1), corner(f, 2));
       facing = facing + area_vector(f);
+      has_plane |= !is_needle(f);
+    }
+    if (has_plane || is_wider_than_needle(set)) slab.normal = unit(facing);
+    measure(set, slab);
+    if (slab.width() <= limits_.width || set.size() == 1) return slab;
+    Moments moments(corner(set[0], 0));
+    for (const Index f : set) moments.add(corner(f, 0), corner(f, 1), corner(f, 2));
+    Slab best;
+    best.normal = moments.normal();
+    if (dot(best.normal, facing) < 0) best.normal = -1.0 * best.normal;
+    measure(set, best);
+    return best.width() < slab.width() ? best : slab;
+  }
+
+  static Vec3 unit(Vec3 v) {
+    const double l = length(v);
+    return l > 0 ? (1 / l) * v : Vec3{0, 0, 0};
+  }
+
+  bool is_wider_than_needle(std::span<const Index> set) const {
+    double area = 0;
+    Vec3 least = corner(set[0], 0), greatest = least;
+    for (const Index f : set) {
+      area += length(area_vector(f));
       for (const Index p : faces_[f]) {
         least = lower_corner(least, points_[p]);
         greatest = upper_corner(greatest, points_[p]);
       }
     }
-    Slab slab;
-    if (2 * moments.area() > limits_.needle * length(greatest - least)) {
-      slab.normal = set.size() == 1 ? (1 / length(facing)) * facing : moments.normal();
-      if (dot(slab.normal, facing) < 0) slab.normal = -1.0 * slab.normal;
-    }
-    measure(set, slab);
-    return slab;
+    return area > limits_.needle * length(greatest - least);
   }
 
   static Vec3 lower_corner(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
@@ -384,6 +418,16 @@ Facets split_off(const Facets& facets, std::span<const Index> cut) {
     result.facet_of_face[f] = static_cast<Index>(result.planes.size()) - 1;
   }
   return result;
+}
+
+Grouped group_faces(const Facets& facets) {
+  Grouped grouped{std::vector<Index>(facets.planes.size() + 1, 0), std::vector<Index>(facets.facet_of_face.size())};
+  for (const Index facet : facets.facet_of_face) ++grouped.start[facet + 1];
+  std::partial_sum(grouped.start.begin(), grouped.start.end(), grouped.start.begin());
+  std::vector<Index> cursor(grouped.start.begin(), grouped.start.end() - 1);
+  for (std::size_t f = 0; f < facets.facet_of_face.size(); ++f)
+    grouped.order[cursor[facets.facet_of_face[f]]++] = static_cast<Index>(f);
+  return grouped;
 }
 
 }  // namespace bldsimp

@@ -32,4 +32,10 @@ Facets find_facets(std::span<const Vec3> points, std::span<const Face> faces, st
 // Makes each of `cut` (sorted) a facet by itself; the others keep their numbers.
 Facets split_off(const Facets& facets, std::span<const Index> cut);
 
+// Faces in the order of their facets: those of facet f are order[start[f]] .. order[start[f + 1] - 1].
+struct Grouped {
+  std::vector<Index> start, order;
+};
+Grouped group_faces(const Facets& facets);
+
 }  // namespace bldsimp

@@ -1,6 +1,10 @@
 #include "halfedges.hpp"
 
+#include <map>
+#include <mutex>
+
 #include "edges.hpp"
+#include "parallel.hpp"
 
 namespace bldsimp {
 namespace {
@@ -52,6 +56,22 @@ struct Pairing {
       twin[g] = h;
     }
   }
+
+  // Pairs the halfedges of one edge, and counts and notes it in `own`.
+  void pair(std::span<const Index> edge, std::vector<Index>& twin, Halfedges& own) const {
+    own.open_edges += edge.size() == 1;
+    own.nonmanifold_edges += edge.size() > 2;
+    if (edge.size() == 1) return;
+    if (edge.size() == 2 && start(edge[0]) != start(edge[1])) {
+      twin[edge[0]] = edge[1];
+      twin[edge[1]] = edge[0];
+      return;
+    }
+    pair_unique(edge, twin, [&](Index g, Index h) { return same_rows(g, h); });
+    pair_unique(edge, twin, [&](Index g, Index h) { return coplanar(g, h); });
+    own.group_members.insert(own.group_members.end(), edge.begin(), edge.end());
+    own.group_start.push_back(static_cast<Index>(own.group_members.size()));
+  }
 };
 
 }  // namespace
@@ -61,26 +81,30 @@ Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> fac
   const Pairing pairing{points, faces, row_of_corner, width};
   Halfedges result;
   result.twin.assign(3 * faces.size(), -1);
-  for_each_edge(faces, static_cast<Index>(points.size()), [&](std::span<const Index> edge) {
-    result.open_edges += edge.size() == 1;
-    result.nonmanifold_edges += edge.size() > 2;
-    if (edge.size() == 1) return;
-    if (edge.size() == 2 && pairing.start(edge[0]) != pairing.start(edge[1])) {
-      result.twin[edge[0]] = edge[1];
-      result.twin[edge[1]] = edge[0];
-      return;
-    }
-    pairing.pair_unique(edge, result.twin, [&](Index g, Index h) { return pairing.same_rows(g, h); });
-    pairing.pair_unique(edge, result.twin, [&](Index g, Index h) { return pairing.coplanar(g, h); });
-    result.group_members.insert(result.group_members.end(), edge.begin(), edge.end());
-    result.group_start.push_back(static_cast<Index>(result.group_members.size()));
+  const EdgeBuckets buckets(faces, static_cast<Index>(points.size()));
+  // Each thread has the edges of its own points; what they find is put together in the points' order.
+  std::map<std::size_t, Halfedges> found;
+  std::mutex finding;
+  parallel_for(points.size(), [&](std::size_t first, std::size_t last) {
+    Halfedges own;
+    buckets.visit(static_cast<Index>(first), static_cast<Index>(last),
+                  [&](std::span<const Index> edge) { pairing.pair(edge, result.twin, own); });
+    const std::scoped_lock lock(finding);
+    found[first] = std::move(own);
   });
+  for (const auto& [first, own] : found) {
+    const Index before = result.group_start.back();
+    for (std::size_t g = 1; g < own.group_start.size(); ++g) result.group_start.push_back(before + own.group_start[g]);
+    result.group_members.insert(result.group_members.end(), own.group_members.begin(), own.group_members.end());
+    result.open_edges += own.open_edges;
+    result.nonmanifold_edges += own.nonmanifold_edges;
+  }
   return result;
 }
 
 std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count) {
   std::array<Index, 2> counts{0, 0};
-  for_each_edge(faces, point_count, [&](std::span<const Index> edge) {
+  EdgeBuckets(faces, point_count).visit(0, point_count, [&](std::span<const Index> edge) {
     counts[0] += edge.size() == 1;
     counts[1] += edge.size() > 2;
   });

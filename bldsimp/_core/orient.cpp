@@ -76,11 +76,11 @@ class Orienter {
 
   void join_components() {
     std::vector<Index> torn;  // faces whose component cannot be oriented
+    for (Index h = 0; h < 3 * count(); ++h)
+      if (halfedges_.twin[h] > h && !windings_.join(h / 3, halfedges_.twin[h] / 3, false)) torn.push_back(h / 3);
     const auto join = [&](Index h, Index g) {
       if (!windings_.join(h / 3, g / 3, runs_forward(h) == runs_forward(g))) torn.push_back(h / 3);
     };
-    for (Index h = 0; h < 3 * count(); ++h)
-      if (halfedges_.twin[h] > h) join(h, halfedges_.twin[h]);
     for_groups([&](std::span<const Index> edge) {
       if (edge.size() == 2)
         join(edge[0], edge[1]);

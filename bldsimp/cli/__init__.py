@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import sys
@@ -27,6 +28,8 @@ def main(arguments: list[str] | None = None) -> int:
     int
         0 done, 1 a file unreadable or not written, 2 wrong usage, 130 interrupted.
     """
+    # What trimesh says of a file that it cannot read ends in our own one line.
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
     try:
         # A termination unwinds like an interruption, so that no half-written file stays behind.
         signal.signal(signal.SIGTERM, _terminate)

@@ -55,11 +55,20 @@ def bldsimp() -> None:
     "--normals",
     type=click.Choice(["auto", "flat", "smooth", "none"]),
     default="auto",
-    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own.  [default: auto]",
+    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own."
+    "  [default: auto]",
 )
-@click.option("--drop-attributes", is_flag=True, help="Simplify textured and coloured parts too, and drop what they carry.")
+@click.option(
+    "--drop-attributes",
+    is_flag=True,
+    help="Simplify textured and coloured parts too, and drop what they carry.",
+)
 @click.option("--report", metavar="FILE.json", help="Also write what was done as JSON.")
-@click.option("--baseline", is_flag=True, help="Also tell how many points fast-simplification needs for the same deviation.")
+@click.option(
+    "--baseline",
+    is_flag=True,
+    help="Also tell how many points fast-simplification needs for the same deviation.",
+)
 @click.option("--from", "from_", metavar="FORMAT", help="Format of IN, where its suffix does not tell.")
 @click.option("--to", metavar="FORMAT", help="Format of OUT, where its suffix does not tell.")
 @click.option("--overwrite", is_flag=True, help="Replace OUT where it exists; it may be IN.")
@@ -159,7 +168,9 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
         from ..inspect import number_words
 
         for mesh in scene.meshes:
-            click.echo(f"input      {mesh.name or 'mesh'}: {len(mesh.parts)} parts, {number_words(mesh)}", err=True)
+            click.echo(
+                f"input      {mesh.name or 'mesh'}: {len(mesh.parts)} parts, {number_words(mesh)}", err=True
+            )
         click.echo(
             f"time       read {after_read - start:.2f}, simplify {after_simplify - after_read:.2f},"
             f" write {time.perf_counter() - after_simplify:.2f} s",

@@ -21,10 +21,14 @@ _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "imag
 
 def media_type(data: bytes) -> str:
     """Media type of an image, by its first bytes."""
-    return next((kind for magic, kind in _MEDIA.items() if data.startswith(magic)), "application/octet-stream")
+    return next(
+        (kind for magic, kind in _MEDIA.items() if data.startswith(magic)), "application/octet-stream"
+    )
 
 
-def copies(json_: dict[str, Any], source: Path | None, target: Path, warnings: list[str]) -> dict[Path, bytes]:
+def copies(
+    json_: dict[str, Any], source: Path | None, target: Path, warnings: list[str]
+) -> dict[Path, bytes]:
     """Images that a document names, for the folder that it moves to.
 
     A reference out of the folder is made relative to the new one instead.
@@ -175,7 +179,9 @@ class Pictured:
             data, name = path.read_bytes(), path.name
         else:
             data = data_uri(uri) if uri else document.view(image["bufferView"])
-            suffix = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp"}.get(media_type(data), "bin")
+            suffix = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp"}.get(
+                media_type(data), "bin"
+            )
             name = f"{self.main.stem}_{material.texture}.{suffix}"
         self.files[self.main.with_name(name)] = data
         return name

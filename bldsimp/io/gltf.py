@@ -69,7 +69,9 @@ class Document:
         if count < 0:
             raise InputError(f"glTF accessor {index} has a negative count: the file is damaged")
         if "bufferView" in accessor:
-            values = self._strided(accessor["bufferView"], accessor.get("byteOffset", 0), kind, (count, width))
+            values = self._strided(
+                accessor["bufferView"], accessor.get("byteOffset", 0), kind, (count, width)
+            )
         else:
             values = np.zeros((count, width), kind)
         sparse = accessor.get("sparse")
@@ -77,7 +79,9 @@ class Document:
             values = values.copy()
             places, changes = self._sparse(sparse, kind, width, index)
             if len(places) and int(places.max()) >= count:
-                raise InputError(f"glTF accessor {index} has a sparse index out of range: the file is damaged")
+                raise InputError(
+                    f"glTF accessor {index} has a sparse index out of range: the file is damaged"
+                )
             values[places] = changes
         return values
 
@@ -101,7 +105,7 @@ class Document:
         """The bytes of a buffer view."""
         view = self._item("bufferViews", index)
         start, length = view.get("byteOffset", 0), view.get("byteLength", 0)
-        return self._buffer(view, index, start, length)[start : start + length]
+        return bytes(self._buffer(view, index, start, length)[start : start + length])
 
     def _sparse(
         self, sparse: dict[str, Any], kind: np.dtype[Any], width: int, index: int
@@ -115,9 +119,7 @@ class Document:
             raise InputError(f"glTF accessor {index} is sparse in a way that is not understood") from None
         return places[:, 0], changes
 
-    def _strided(
-        self, index: int, offset: int, kind: np.dtype[Any], shape: tuple[int, int]
-    ) -> NDArray[Any]:
+    def _strided(self, index: int, offset: int, kind: np.dtype[Any], shape: tuple[int, int]) -> NDArray[Any]:
         view = self._item("bufferViews", index)
         for extension in view.get("extensions", {}):
             refuse_packed(extension)
@@ -140,7 +142,7 @@ class Document:
                 f"glTF buffer view {index} ends at byte {start + length:,}"
                 f" of a buffer of {len(buffer):,}: the file is truncated"
             )
-        return buffer
+        return bytes(buffer)
 
     def _item(self, key: str, index: int) -> dict[str, Any]:
         items = self.items(key)
@@ -219,15 +221,17 @@ def _glb_chunks(data: bytes) -> tuple[bytes, bytes | None, list[tuple[int, bytes
 
 def _buffer(entry: dict[str, Any], number: int, binary: bytes | None, beside: Beside) -> bytes:
     """The bytes of a buffer."""
-    uri = entry.get("uri")
-    if uri is None:
+    uri = str(entry.get("uri", ""))
+    if not uri:
         if number == 0 and binary is not None:
             found: bytes | None = binary
         elif any(key in _PACKED for key in entry.get("extensions", {})):
             refuse_packed(next(key for key in entry["extensions"] if key in _PACKED))
             found = None
         else:
-            raise InputError(f"glTF buffer {number} has neither a URI nor a binary chunk: the file is damaged")
+            raise InputError(
+                f"glTF buffer {number} has neither a URI nor a binary chunk: the file is damaged"
+            )
     else:
         found = data_uri(uri) if uri.startswith("data:") else beside(unquote(uri))
     if found is None:
@@ -245,7 +249,11 @@ def data_uri(uri: str) -> bytes:
     try:
         if not comma:
             raise ValueError
-        return base64.b64decode(body, validate=True) if head.endswith(";base64") else unquote(body).encode("latin-1")
+        return (
+            base64.b64decode(body, validate=True)
+            if head.endswith(";base64")
+            else unquote(body).encode("latin-1")
+        )
     except (binascii.Error, ValueError):
         raise InputError("a data URI of the glTF file cannot be decoded: the file is damaged") from None
 

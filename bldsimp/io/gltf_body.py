@@ -106,5 +106,3 @@ def view_json(view: NewView) -> dict[str, Any]:
     if view.stride:
         found["byteStride"] = view.stride
     return found
-
-

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,14 +13,32 @@ from ..rows import distinct_rows
 from ..scene import Light, Mesh, Scene
 from ..tolerance import placed, scale
 from .gltf_body import Body, pack_views, view_json
-from .rounding import best_origin, single_rounding
+from .rounding import best_origin, fallen_together, single_rounding
 from .sheet import Sheet, sheet
-from .surface import Material
+from .surface import Material, shown
+
+
+@dataclass
+class Made:
+    """What making a document did.
+
+    Attributes
+    ----------
+    vertices : int
+    rounding : float
+        Greatest distance by which a point moved, in world space; infinite where one is out of range.
+    fallen : int
+        Points that are no longer distinct.
+    """
+
+    vertices: int = 0
+    rounding: float = 0.0
+    fallen: int = 0
 
 
 def new_document(
     scene: Scene, lights: list[Light], options: Options, images: dict[str, tuple[str, bytes]]
-) -> tuple[dict[str, Any], bytes, int, float]:
+) -> tuple[dict[str, Any], bytes, Made]:
     """A scene as a glTF document.
 
     Parameters
@@ -33,9 +53,7 @@ def new_document(
     -------
     json : dict
     binary : bytes
-    vertices : int
-    rounding : float
-        Greatest distance by which a point moved, in world space.
+    made : Made
     """
     json_: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "bldsimp"},
@@ -45,14 +63,17 @@ def new_document(
         "meshes": [],
     }
     body, pictures = Body(), Pictures(json_, images)
-    vertices, rounding = 0, 0.0
+    made = Made()
     for mesh, light in zip(scene.meshes, lights, strict=True):
         if not len(light.faces):
             continue
         one = sheet(mesh, light, options, polygonal=False)
-        origin = best_origin(mesh.points[one.used()])
-        rounding = max(rounding, scale(mesh) * single_rounding(mesh.points[one.used()], origin))
-        vertices += _add_mesh(json_, body, pictures, one, origin)
+        origin = best_origin(one.points)
+        made.rounding = max(made.rounding, scale(mesh) * single_rounding(one.points, origin))
+        if not math.isfinite(made.rounding):
+            break
+        made.fallen += fallen_together(one.points, origin)
+        made.vertices += _add_mesh(json_, body, pictures, one, origin)
         _add_nodes(json_, mesh, origin)
     json_["accessors"] = body.accessors
     json_["bufferViews"] = [view_json(view) for view in body.views] + [{} for _ in pictures.data]
@@ -61,7 +82,7 @@ def new_document(
         json_["images"][number]["bufferView"] = len(body.views) + number
     binary = pack_views(list(zip(json_["bufferViews"], pieces, strict=True)))
     json_["buffers"] = [{"byteLength": len(binary)}]
-    return json_, binary, vertices, rounding
+    return json_, binary, made
 
 
 class Pictures:
@@ -86,9 +107,9 @@ class Pictures:
                 metallic["baseColorFactor"] = [min(max(float(c), 0.0), 1.0) for c in material.color]
             if texture in self.images:
                 metallic["baseColorTexture"] = {"index": self._texture(str(texture))}
-            entry = {"pbrMetallicRoughness": metallic}
+            entry: dict[str, Any] = {"pbrMetallicRoughness": metallic}
             if material.name:
-                entry = {"name": material.name, **entry}
+                entry = {"name": shown(material.name), **entry}
             self.json.setdefault("materials", []).append(entry)
             self._numbers[key] = len(self.json["materials"]) - 1
         return self._numbers[key]
@@ -97,7 +118,7 @@ class Pictures:
         if name not in self._textures:
             media, data = self.images[name]
             self.data.append(data)
-            self.json.setdefault("images", []).append({"name": name, "mimeType": media})
+            self.json.setdefault("images", []).append({"name": shown(name), "mimeType": media})
             self.json.setdefault("textures", []).append({"source": len(self.data) - 1})
             self._textures[name] = len(self.json["textures"]) - 1
         return self._textures[name]
@@ -117,10 +138,13 @@ def _add_mesh(
         if not sum(map(len, faces)):
             continue
         columns = _columns(one, np.concatenate(faces).reshape(-1), origin, bool(one.kept[group[0]]))
-        first, inverse = distinct_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
+        first, inverse = distinct_rows(
+            np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1)
+        )
         vertices += len(first)
         attributes = {
-            name: body.add_vertices(values[first], bounds=name == "POSITION") for name, values in columns.items()
+            name: body.add_vertices(values[first], bounds=name == "POSITION")
+            for name, values in columns.items()
         }
         start = 0
         for number, own in zip(group, faces, strict=True):

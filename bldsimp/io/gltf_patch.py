@@ -26,6 +26,7 @@ from .gltf_references import (
     unknown_extensions,
     view_slots,
 )
+from .gltf_trim import trimmed
 
 
 def patched(
@@ -113,7 +114,9 @@ def _columns(
     document: Document, source: GltfMesh, rows: Rows, normals: NDArray[np.float64] | None, made: bool
 ) -> dict[str, tuple[NDArray[Any], bool, bool]]:
     """Per attribute the stored values of all rows of the mesh, whether normalized, whether bounded."""
-    columns = {"POSITION": (*_stored(document, source, [group.position for group in source.rows], rows), True)}
+    columns = {
+        "POSITION": (*_stored(document, source, [group.position for group in source.rows], rows), True)
+    }
     if made and normals is not None:
         columns["NORMAL"] = (normals.astype(np.float32), False, False)
     elif normals is not None and rows.normal is not None:
@@ -217,6 +220,8 @@ def _settle_views(document: Document, json_: dict[str, Any], body: Body, freed: 
     dropped = sorted(freed - kept)
     numbers = _merged(len(old), dropped, len(body.views), bool(unknown_extensions(json_)))
     data = {numbers[i]: document.view(i) for i in range(len(old)) if i in numbers}
+    if not unknown_extensions(json_):
+        data |= {numbers[i]: trimmed(json_, i, document.view(i)) for i in sorted(freed & kept)}
     data |= {numbers[-1 - i]: bytes(view.data) for i, view in enumerate(body.views)}
     for container, key in list(view_slots(json_)):
         container[key] = numbers[container[key]]

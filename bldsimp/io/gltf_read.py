@@ -24,6 +24,8 @@ class Rows:
 
     position: int
     normal: int | None
+    texture: int | None
+    color: int | None
     start: int
     count: int
 
@@ -72,7 +74,7 @@ def _mesh(document: Document, index: int, skinned: bool) -> Mesh | None:
     """One mesh, or None where it has no triangles."""
     entry = document.items("meshes")[index]
     name = str(entry.get("name", f"mesh {index}"))
-    shared: dict[tuple[int, int | None], Rows] = {}
+    shared: dict[tuple[int | None, ...], Rows] = {}
     parts, faces = [], []
     rows_so_far = 0
     for number, primitive in enumerate(entry.get("primitives", [])):
@@ -81,10 +83,11 @@ def _mesh(document: Document, index: int, skinned: bool) -> Mesh | None:
         attributes = primitive.get("attributes", {})
         if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             continue
-        key = attributes["POSITION"], attributes.get("NORMAL")
+        position = attributes["POSITION"]
+        key = position, *(attributes.get(name) for name in ("NORMAL", "TEXCOORD_0", "COLOR_0"))
         if key not in shared:
-            count = len(document.accessor(key[0]))
-            shared[key] = Rows(*key, rows_so_far, count)
+            count = len(document.accessor(position))
+            shared[key] = Rows(position, key[1], key[2], key[3], rows_so_far, count)
             rows_so_far += count
         rows = shared[key]
         own = _faces(document, primitive, rows, f"{name}, primitive {number}")
@@ -142,16 +145,18 @@ def _faces(document: Document, primitive: dict[str, Any], rows: Rows, name: str)
         )
     mode = primitive.get("mode", TRIANGLES)
     if mode == TRIANGLES:
-        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
+        triples: NDArray[np.int64] = corners[: len(corners) // 3 * 3].reshape(-1, 3)
+        return triples
     if len(corners) < 3:
         return np.zeros((0, 3), np.int64)
     if mode == FAN:
         first = np.full(len(corners) - 2, corners[0])
         return np.stack([corners[1:-1], corners[2:], first], axis=1)
-    faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    faces: NDArray[np.int64] = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
     faces[1::2] = faces[1::2][:, [0, 2, 1]]
     a, b, c = faces.T
-    return faces[(a != b) & (b != c) & (a != c)]
+    proper = (a != b) & (b != c) & (a != c)
+    return np.asarray(faces[proper])
 
 
 def _carried_names(entry: dict[str, Any], primitive: dict[str, Any], skinned: bool) -> tuple[str, ...]:
@@ -213,7 +218,9 @@ def _material(document: Document, primitive: dict[str, Any]) -> Material | None:
     texture = metallic.get("baseColorTexture", {}).get("index")
     textures = document.items("textures")
     image = textures[texture].get("source") if texture is not None and texture < len(textures) else None
-    return Material(str(entry.get("name", f"material {number}")), color, None if image is None else str(image))
+    return Material(
+        str(entry.get("name", f"material {number}")), color, None if image is None else str(image)
+    )
 
 
 def _instances(document: Document) -> tuple[dict[int, list[NDArray[np.float64]]], set[int]]:
@@ -251,7 +258,11 @@ def _roots(document: Document) -> list[int]:
 def _gpu_instances(document: Document, node: dict[str, Any]) -> list[NDArray[np.float64]]:
     """Transforms that EXT_mesh_gpu_instancing gives a node; the identity where it has none."""
     accessors = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
-    known = {key.lower(): document.numbers(accessors[key]) for key in ("TRANSLATION", "ROTATION", "SCALE") if key in accessors}
+    known = {
+        key.lower(): document.numbers(accessors[key])
+        for key in ("TRANSLATION", "ROTATION", "SCALE")
+        if key in accessors
+    }
     if not known:
         return [np.eye(4)]
     count = min(map(len, known.values()))

@@ -54,7 +54,10 @@ def _mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> Mesh:
     points = np.concatenate([np.asarray(one.vertices, np.float64) for one in geometries.values()])
     starts = np.cumsum([0, *(len(one.vertices) for one in geometries.values())])
     corners = np.concatenate(
-        [np.asarray(one.faces, np.int64) + start for one, start in zip(geometries.values(), starts, strict=False)]
+        [
+            np.asarray(one.faces, np.int64) + start
+            for one, start in zip(geometries.values(), starts, strict=False)
+        ]
     )
     part = np.repeat(np.arange(len(geometries)), [len(one.faces) for one in geometries.values()])
     parts = [Part(key, _attributes(one), _material(one)) for key, one in geometries.items()]

@@ -7,15 +7,13 @@ from collections.abc import Callable
 from .surface import Material
 
 
-def read_materials(
-    libraries: list[str], beside: Callable[[str], bytes | None]
-) -> dict[str, Material]:
+def read_materials(libraries: list[str], beside: Callable[[str], bytes | None]) -> dict[str, Material]:
     """Materials by name; a library that is missing has none."""
     materials: dict[str, Material] = {}
     for library in libraries:
         data = beside(library)
         if data is not None:
-            _read_library(data.decode("utf-8", "replace"), materials)
+            _read_library(data.decode("utf-8", "surrogateescape"), materials)
     return materials
 
 

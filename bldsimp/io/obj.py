@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..rows import distinct_rows
 from ..scene import Mesh, Part
 from .mtl import read_materials
-from .surface import Material, Polygons, Stored, polygon_mesh
+from .surface import Material, Polygons, Stored, polygon_mesh, shown
 from .text import numbers, ragged, table
 
 Index = NDArray[np.int64]
@@ -32,7 +32,7 @@ class State:
 
     def name(self) -> str:
         """The part as the user knows it."""
-        return " / ".join(text for text in (self.object, self.group, self.material) if text) or "mesh"
+        return " / ".join(shown(text) for text in (self.object, self.group, self.material) if text) or "mesh"
 
 
 @dataclass
@@ -63,25 +63,25 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     lines = [line.strip() for line in data.split(b"\n")]
     if b"\t" in data:
         lines = [line.replace(b"\t", b" ") for line in lines]
-    keys = np.array([line.partition(b" ")[0] for line in lines])
+    keys = np.array([line.partition(b" ")[0][:20] for line in lines])
     _warn_of_rest(keys, warnings)
     positions, colors = _positions([lines[i][2:] for i in np.flatnonzero(keys == b"v")], warnings)
     where_faces = np.flatnonzero(keys == b"f")
     sizes, triples = _corners([lines[i][2:] for i in where_faces])
     counts = [len(positions), int(np.sum(keys == b"vt")), int(np.sum(keys == b"vn"))]
     _absolute(triples, sizes, where_faces, keys, counts)
-    textures = table([lines[i][3:] for i in np.flatnonzero(keys == b"vt")])[:, :2]
-    normals = table([lines[i][3:] for i in np.flatnonzero(keys == b"vn")])
+    textures = _wide(table([lines[i][3:] for i in np.flatnonzero(keys == b"vt")]), 2)
+    normals = _wide(table([lines[i][3:] for i in np.flatnonzero(keys == b"vn")]), 3)
     states, part = _states(lines, keys, where_faces)
     row_triples, corners = _rows(triples, len(positions))
-    libraries = [lines[i][7:].strip().decode("utf-8", "replace") for i in np.flatnonzero(keys == b"mtllib")]
-    materials = read_materials(libraries, beside)
-    parts = [
-        Part(state.name(), source=ObjPart(state, materials.get(state.material))) for state in states
+    libraries = [
+        lines[i][7:].strip().decode("utf-8", "surrogateescape") for i in np.flatnonzero(keys == b"mtllib")
     ]
+    materials = read_materials(libraries, beside)
+    parts = [Part(state.name(), source=ObjPart(state, materials.get(state.material))) for state in states]
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
     mesh = polygon_mesh(
-        states[0].object if states else "",
+        shown(states[0].object) if states else "",
         positions[row_triples[:, 0]],
         Polygons(offsets, corners.astype(np.int32), part),
         parts,
@@ -94,7 +94,7 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     if colors is not None:
         stored.carried["COLOR_0"] = colors[row_triples[:, 0]]
     if np.any(row_triples[:, 2] >= 0):
-        mesh.normals = np.nan_to_num(_taken(normals[:, :3], row_triples[:, 2]), posinf=0.0, neginf=0.0)
+        mesh.normals = np.nan_to_num(_taken(normals, row_triples[:, 2]))
     _name_attributes(mesh, row_triples[:, 1] >= 0, colors)
     return [mesh]
 
@@ -117,7 +117,9 @@ def _positions(
     if np.isnan(values).any() or values.shape[1] not in (3, 4, 6, 7):
         values, sizes = ragged(lines)
         if sizes.min() < 3:
-            raise InputError(f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates")
+            raise InputError(
+                f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates"
+            )
     width = values.shape[1]
     if width in (4, 7):
         weights = values[:, 3]
@@ -142,11 +144,13 @@ def _corners(lines: list[bytes]) -> tuple[Index, Index]:
     starts = np.flatnonzero(start)
     line_ends = np.searchsorted(starts, np.flatnonzero(raw == 10))
     sizes = np.diff(np.concatenate([[0], line_ends]))
-    slashes = np.add.reduceat((raw == 47).astype(np.int64), starts) if len(starts) else np.zeros(0, np.int64)
-    triples = np.zeros((len(starts), 3), np.int64)
-    if not slashes.any():
+    # Stored column by column, since each column is worked on by itself.
+    triples = np.zeros((len(starts), 3), np.int64, order="F")
+    if b"/" not in text:
         triples[:, 0] = numbers(text, np.int64)
         return sizes, triples
+    owner = np.searchsorted(starts, np.flatnonzero(raw == 47), side="right") - 1
+    slashes = np.bincount(owner, minlength=len(starts))
     if slashes.max() > 2:
         raise InputError("an OBJ face has a corner with more than two slashes: the file is damaged")
     text = text.replace(b"//", b"/0/").replace(b"/ ", b"/0 ").replace(b"/\n", b"/0\n")
@@ -188,6 +192,13 @@ def _rows(triples: Index, count: int) -> tuple[Index, Index]:
         rows = np.full((count, 3), -1, np.int64)
         rows[:, 0] = np.arange(count)
         return rows, triples[:, 0]
+    v = triples[:, 0]
+    # Where every point has but one texture coordinate and normal, which is common, no search is needed.
+    only = np.full((count, 3), -1, np.int64, order="F")
+    only[v] = triples
+    if all(np.array_equal(only[v, column], triples[:, column]) for column in (1, 2)):
+        only[:, 0] = np.arange(count)
+        return only, v
     first, inverse = distinct_rows(triples)
     return triples[first], inverse
 
@@ -198,7 +209,7 @@ def _states(
     """The distinct states that faces are in, and the state of each face."""
     where = np.flatnonzero(np.isin(keys, _STATE))
     words = dict(zip(_STATE, ("object", "group", "material", "smoothing"), strict=True))
-    current = {word: "" for word in words.values()}
+    current = dict.fromkeys(words.values(), "")
     states: dict[State, int] = {}
     of_run = np.zeros(len(where) + 1, np.int32)
     runs = np.searchsorted(where, where_faces)
@@ -212,6 +223,14 @@ def _states(
         if used[run]:
             of_run[run] = states.setdefault(State(**current), len(states))
     return list(states), of_run[runs]
+
+
+def _wide(values: NDArray[np.float64], width: int) -> NDArray[np.float64]:
+    """So many columns; numbers that a line leaves out are 0, as OBJ has it for texture coordinates."""
+    full = np.zeros((len(values), width))
+    shared = min(width, values.shape[1])
+    full[:, :shared] = np.nan_to_num(values[:, :shared], posinf=0.0, neginf=0.0)
+    return full
 
 
 def _taken(values: NDArray[np.float64], index: Index) -> NDArray[np.float64]:

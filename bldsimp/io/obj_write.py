@@ -43,29 +43,31 @@ def obj_text(sheets: list[Sheet], libraries: list[str]) -> tuple[bytes, int]:
     text = Text([f"mtllib {name}" for name in libraries])
     state = State()
     for one in sheets:
-        columns, corner_counts = _columns(one, text)
-        text.vertices += corner_counts
+        columns, vertices = _columns(one, text)
+        text.vertices += vertices
         state = _faces(one, columns, text, state)
     return ("\n".join(text.lines) + "\n").encode("utf-8", "surrogateescape"), text.vertices
 
 
 def _columns(one: Sheet, text: Text) -> tuple[list[Index | None], int]:
-    """Write `v`, `vt` and `vn` lines; the number of each corner in each, -1 for none."""
-    positions = one.points[one.polygons.corners]
-    colors = one.corner_carried("COLOR_0")
+    """Write `v`, `vt` and `vn` lines; the number of each corner in each, -1 for none; distinct corners."""
+    positions = one.points
+    colors = one.carried.get("COLOR_0")
     if colors is not None:
         positions = np.concatenate([positions, colors[:, :3]], axis=1)
     columns = [
         _column("v", positions, text),
-        _column("vt", one.corner_carried("TEXCOORD_0"), text),
-        _column("vn", _missing_as_nan(one.corner_normals()), text),
+        _column("vt", one.carried.get("TEXCOORD_0"), text),
+        _column("vn", _missing_as_nan(one.normals), text),
     ]
     present = [column for column in columns if column is not None]
-    return columns, len(distinct_rows(np.stack(present, axis=1))[0])
+    vertices = len(distinct_rows(np.stack(present, axis=1))[0])
+    corners = one.polygons.corners
+    return [None if column is None else column[corners] for column in columns], vertices
 
 
 def _column(key: str, values: NDArray[np.float64] | None, text: Text) -> Index | None:
-    """Write the distinct rows of one kind; the number of each corner's."""
+    """Write the distinct rows of one kind; the number of each row's."""
     if values is None:
         return None
     absent = np.isnan(values).all(axis=1)
@@ -73,7 +75,11 @@ def _column(key: str, values: NDArray[np.float64] | None, text: Text) -> Index |
     numbers = np.full(len(values), -1, np.int64)
     numbers[~absent] = inverse + text.counts[key] + 1
     text.counts[key] += len(first)
-    for row in values[~absent][first].tolist():
+    distinct = values[~absent][first]
+    if distinct.shape[1] == 3 and not np.isnan(distinct).any():
+        text.lines += [f"{key} {x!r} {y!r} {z!r}" for x, y, z in distinct.tolist()]
+        return numbers
+    for row in distinct.tolist():
         # A point without a colour has NaN behind its position.
         text.lines.append(key + " " + " ".join(repr(value) for value in row if value == value))
     return numbers
@@ -83,35 +89,43 @@ def _missing_as_nan(normals: NDArray[np.float64] | None) -> NDArray[np.float64] 
     """Normals with NaN where a row is zero; None where all are."""
     if normals is None or not normals.any():
         return None
-    return np.where(normals.any(axis=1)[:, None], normals, np.nan)
+    absent = ~np.any(normals != 0.0, axis=1, keepdims=True)
+    return np.where(absent, np.nan, normals)
 
 
 def _faces(one: Sheet, columns: list[Index | None], text: Text, state: State) -> State:
     """Write the faces part by part, and the lines that tell the parts."""
-    v, vt, vn = (None if column is None else column.tolist() for column in columns)
-    offsets = one.polygons.offsets.tolist()
-    order = np.argsort(one.polygons.part, kind="stable")
-    part_of = one.polygons.part.tolist()
-    current = -1
-    assert v is not None
-    for polygon in order.tolist():
-        if part_of[polygon] != current:
-            current = part_of[polygon]
-            state = _announce(_state(one, one.parts[current]), state, text)
-        corners = range(offsets[polygon], offsets[polygon + 1])
-        if vt is None and vn is None:
-            text.lines.append("f " + " ".join(str(v[c]) for c in corners))
+    words = np.array(_corners(columns), object)
+    offsets, part_of = one.polygons.offsets, one.polygons.part
+    order = np.argsort(part_of, kind="stable")
+    for part in np.unique(part_of):
+        state = _announce(_state(one, one.parts[part]), state, text)
+        chosen = order[slice(*np.searchsorted(part_of[order], [part, part + 1]))]
+        sizes = np.diff(offsets)[chosen]
+        if np.all(sizes == 3):
+            own = words[offsets[chosen][:, None] + np.arange(3)].tolist()
+            text.lines += [f"f {a} {b} {c}" for a, b, c in own]
         else:
-            text.lines.append("f " + " ".join(_corner(v, vt, vn, c) for c in corners))
+            runs = zip(offsets[chosen].tolist(), sizes.tolist(), strict=True)
+            text.lines += ["f " + " ".join(words[start : start + size]) for start, size in runs]
     return state
 
 
-def _corner(v: list[int], vt: list[int] | None, vn: list[int] | None, corner: int) -> str:
-    """One corner of a face."""
-    texture = str(vt[corner]) if vt is not None and vt[corner] > 0 else ""
-    if vn is not None and vn[corner] > 0:
-        return f"{v[corner]}/{texture}/{vn[corner]}"
-    return f"{v[corner]}/{texture}" if texture else str(v[corner])
+def _corners(columns: list[Index | None]) -> list[str]:
+    """The text of every corner."""
+    v, vt, vn = (None if column is None else column.tolist() for column in columns)
+    assert v is not None
+    if vt is None and vn is None:
+        return list(map(str, v))
+    blank = [-1] * len(v)
+    return [_corner(*corner) for corner in zip(v, vt or blank, vn or blank, strict=True)]
+
+
+def _corner(v: int, vt: int, vn: int) -> str:
+    """One corner; numbers that are not positive are left out."""
+    if vn > 0:
+        return f"{v}/{vt}/{vn}" if vt > 0 else f"{v}//{vn}"
+    return f"{v}/{vt}" if vt > 0 else str(v)
 
 
 def _state(one: Sheet, part: Part) -> State:

@@ -23,7 +23,7 @@ def read_off(data: bytes, warnings: list[str]) -> list[Mesh]:
     InputError
     """
     header, lines = _content(data)
-    st, c, n = (bool(group) for group in header.groups())
+    st, _, n = (bool(group) for group in header.groups())
     try:
         vertex_count, face_count = (int(word) for word in lines[0].split()[:2])
     except (ValueError, IndexError):
@@ -40,8 +40,11 @@ def read_off(data: bytes, warnings: list[str]) -> list[Mesh]:
     part = Part("mesh")
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
     mesh = polygon_mesh(
-        "", np.ascontiguousarray(values[:, :3]), Polygons(offsets, corners, np.zeros(len(sizes), np.int32)),
-        [part], warnings,
+        "",
+        np.ascontiguousarray(values[:, :3]),
+        Polygons(offsets, corners, np.zeros(len(sizes), np.int32)),
+        [part],
+        warnings,
     )
     rest = 3 + 3 * n
     if n:

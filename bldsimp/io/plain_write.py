@@ -19,35 +19,35 @@ def ply_bytes(sheets: list[Sheet], format_: PlyFormat) -> tuple[bytes, int]:
     Positions are single or double as `format_` says, normals single, colours bytes. Text keeps the
     shortest digits that read back exactly in double.
     """
-    positions = np.concatenate([one.points[one.polygons.corners] for one in sheets])
-    columns = [positions]
+    columns = [np.concatenate([one.points for one in sheets])]
     kind: list[tuple[str, str]] = [(axis, "f8" if format_.double else "f4") for axis in "xyz"]
     for width, names, values in _extra(sheets):
         columns.append(values)
         kind += [(name, width) for name in names]
     flat = np.concatenate(columns, axis=1)
     first, inverse = distinct_rows(flat)
-    sizes = np.concatenate([np.diff(one.polygons.offsets) for one in sheets])
+    sizes, corners = _polygons(sheets)
+    corners = inverse[corners]
     vertices = flat[first]
     header = _ply_header(kind, len(first), sizes, format_.encoding)
     if format_.encoding == "ascii":
-        body = _ply_text(vertices, kind, sizes, inverse)
+        body = _ply_text(vertices, kind, sizes, corners)
     else:
         order = "<" if format_.encoding == "binary_little_endian" else ">"
-        body = _ply_binary(vertices, kind, sizes, inverse, order)
+        body = _ply_binary(vertices, kind, sizes, corners, order)
     return header + body, len(first)
 
 
 def _extra(sheets: list[Sheet]) -> list[tuple[str, list[str], NDArray[np.float64]]]:
-    """Normals, texture coordinates and colours, each for all corners, where any sheet has them."""
+    """Normals, texture coordinates and colours, each for all rows, where any sheet has them."""
     extra: list[tuple[str, list[str], NDArray[np.float64]]] = []
-    normals = [one.corner_normals() for one in sheets]
+    normals = [one.normals for one in sheets]
     if any(values is not None and values.any() for values in normals):
         extra.append(("f4", ["nx", "ny", "nz"], _stacked(sheets, normals, 3, 0.0)))
-    textures = [one.corner_carried("TEXCOORD_0") for one in sheets]
+    textures = [one.carried.get("TEXCOORD_0") for one in sheets]
     if any(values is not None for values in textures):
         extra.append(("f4", ["s", "t"], _stacked(sheets, textures, 2, 0.0)))
-    colors = [one.corner_carried("COLOR_0") for one in sheets]
+    colors = [one.carried.get("COLOR_0") for one in sheets]
     if any(values is not None for values in colors):
         width = max(values.shape[1] for values in colors if values is not None)
         whole = np.rint(_stacked(sheets, colors, width, 1.0) * 255.0)
@@ -55,13 +55,20 @@ def _extra(sheets: list[Sheet]) -> list[tuple[str, list[str], NDArray[np.float64
     return extra
 
 
+def _polygons(sheets: list[Sheet]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Sizes and corners of all polygons, the rows of all sheets end to end."""
+    starts = np.cumsum([0, *(len(one.points) for one in sheets)])
+    corners = [one.polygons.corners + start for one, start in zip(sheets, starts, strict=False)]
+    return np.concatenate([np.diff(one.polygons.offsets) for one in sheets]), np.concatenate(corners)
+
+
 def _stacked(
     sheets: list[Sheet], columns: list[NDArray[np.float64] | None], width: int, missing: float
 ) -> NDArray[np.float64]:
-    """Values of all corners, with a default where a corner has none."""
+    """Values of all rows, with a default where a row has none."""
     stacked = []
     for one, values in zip(sheets, columns, strict=True):
-        full = np.full((len(one.polygons.corners), width), missing)
+        full = np.full((len(one.points), width), missing)
         if values is not None:
             full[:, : values.shape[1]] = np.where(np.isnan(values), missing, values)
         stacked.append(full)
@@ -78,18 +85,19 @@ def _ply_header(kind: list[tuple[str, str]], count: int, sizes: NDArray[np.int64
 
 
 def _ply_text(
-    vertices: NDArray[np.float64], kind: list[tuple[str, str]], sizes: NDArray[np.int64], corners: NDArray[np.int64]
+    vertices: NDArray[np.float64],
+    kind: list[tuple[str, str]],
+    sizes: NDArray[np.int64],
+    corners: NDArray[np.int64],
 ) -> bytes:
     whole = [width == "u1" for _, width in kind]
     lines = [
-        " ".join(str(int(value)) if integer else repr(value) for value, integer in zip(row, whole, strict=True))
+        " ".join(
+            str(int(value)) if integer else repr(value) for value, integer in zip(row, whole, strict=True)
+        )
         for row in vertices.tolist()
     ]
-    place = 0
-    ids = corners.tolist()
-    for size in sizes.tolist():
-        lines.append(" ".join(map(str, [size, *ids[place : place + size]])))
-        place += size
+    lines += _polygon_lines(sizes, corners)
     return ("\n".join(lines) + "\n").encode("ascii")
 
 
@@ -118,23 +126,39 @@ def _ply_binary(
     return table.tobytes() + b"".join(chunks)
 
 
-def off_text(sheets: list[Sheet]) -> tuple[bytes, int]:
+def _number_lines(values: NDArray[np.float64]) -> list[str]:
+    """A line for each row, of the shortest digits that read back exactly."""
+    if values.shape[1] == 3:
+        return [f"{x!r} {y!r} {z!r}" for x, y, z in values.tolist()]
+    return [" ".join(map(repr, row)) for row in values.tolist()]
+
+
+def _polygon_lines(sizes: NDArray[np.int64], corners: NDArray[np.int64]) -> list[str]:
+    """A line for each polygon: how many corners it has, and which."""
+    if np.all(sizes == 3):
+        return [f"3 {a} {b} {c}" for a, b, c in corners.reshape(-1, 3).tolist()]
+    ids, ends = corners.tolist(), np.cumsum(sizes).tolist()
+    return [
+        " ".join(map(str, [size, *ids[end - size : end]]))
+        for size, end in zip(sizes.tolist(), ends, strict=True)
+    ]
+
+
+def off_text(sheets: list[Sheet], with_normals: bool) -> tuple[bytes, int]:
     """An OFF file, and how many vertices it has; numbers are the shortest that read back exactly."""
-    columns = [np.concatenate([one.points[one.polygons.corners] for one in sheets])]
+    columns = [np.concatenate([one.points for one in sheets])]
     extra = {names[0]: values for _, names, values in _extra(sheets)}
     head = "OFF"
-    if "nx" in extra:
+    if with_normals and "nx" in extra:
         columns.append(extra["nx"])
         head = "N" + head
     flat = np.concatenate(columns, axis=1)
     first, inverse = distinct_rows(flat)
-    sizes = np.concatenate([np.diff(one.polygons.offsets) for one in sheets])
+    sizes, corners = _polygons(sheets)
+    corners = inverse[corners]
     lines = [head, f"{len(first)} {len(sizes)} 0"]
-    lines += [" ".join(map(repr, row)) for row in flat[first].tolist()]
-    ids, place = inverse.tolist(), 0
-    for size in sizes.tolist():
-        lines.append(" ".join(map(str, [size, *ids[place : place + size]])))
-        place += size
+    lines += _number_lines(flat[first])
+    lines += _polygon_lines(sizes, corners)
     return ("\n".join(lines) + "\n").encode("ascii"), len(first)
 
 

@@ -68,8 +68,14 @@ def _fill(scene: Scene, data: bytes, folder: _Folder) -> None:
         except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
             # JSON may hold anything anywhere; what the format does not foresee ends here.
             what = f"{type(error).__name__}: {error}"
-            raise InputError(f"the glTF JSON is not as the format asks ({what}): the file is damaged") from error
+            raise InputError(
+                f"the glTF JSON is not as the format asks ({what}): the file is damaged"
+            ) from error
         return
+    scene.source = data
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    if scene.format in ("obj", "off") and b"\n" not in data:
+        data = data.replace(b"\r", b"\n")
     if scene.format == "obj":
         scene.meshes = read_obj(data, folder, scene.warnings)
     elif scene.format == "ply":
@@ -78,7 +84,6 @@ def _fill(scene: Scene, data: bytes, folder: _Folder) -> None:
         scene.meshes = read_off(data, scene.warnings)
     else:
         scene.meshes = read_loaded(data, scene.format, scene.path, scene.warnings)
-    scene.source = data
 
 
 class _Folder:

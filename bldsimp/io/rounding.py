@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ..rows import distinct_rows
 from ..scene import Points
 
 WORTH_MOVING = 4.0
@@ -16,17 +17,26 @@ WORTH_MOVING = 4.0
 def single_rounding(points: Points, origin: Points | None = None) -> float:
     """Greatest distance between points and what single precision keeps of them about an origin.
 
-    Never below the truth: where the difference itself is rounded, that is added.
+    Infinite where single precision does not reach so far. Never below the truth: where the difference
+    itself is rounded, that is added.
     """
     if not len(points):
         return 0.0
     origin = np.zeros(3) if origin is None else origin
     local = points - origin
-    kept = local.astype(np.float32).astype(np.float64)
+    with np.errstate(over="ignore", under="ignore"):
+        kept = local.astype(np.float32).astype(np.float64)
     error = np.abs(kept - local)
     inexact = (local + origin != points) | (points - local != origin)
     error += np.where(inexact, np.spacing(np.abs(points)) + np.spacing(np.abs(local)), 0.0)
     return float(np.sqrt((error**2).sum(axis=1).max())) * (1.0 + 4e-16) if error.any() else 0.0
+
+
+def fallen_together(points: Points, origin: Points | None = None) -> int:
+    """How many distinct points are no longer distinct in single precision about an origin."""
+    local = points if origin is None else points - origin
+    with np.errstate(over="ignore", under="ignore"):
+        return len(distinct_rows(points)[0]) - len(distinct_rows(local.astype(np.float32))[0])
 
 
 def best_origin(points: Points) -> NDArray[np.float64]:
@@ -41,6 +51,8 @@ def best_origin(points: Points) -> NDArray[np.float64]:
     if at_zero == 0.0:
         return np.zeros(3)
     low, high = points.min(axis=0), points.max(axis=0)
+    if max(abs(low).max(), abs(high).max()) > np.finfo(np.float32).max:
+        return np.zeros(3)
     origin = np.zeros(3)
     for axis in range(3):
         size = high[axis] - low[axis]

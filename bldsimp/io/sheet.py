@@ -17,7 +17,7 @@ from .surface import Polygons, Stored
 
 @dataclass
 class Sheet:
-    """One instance of one mesh.
+    """One instance of one mesh; every row is used by a polygon.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Sheet:
     normals : (n, 3) float64 or None
         Zero in rows without.
     carried : dict of str to (n, k) float64
-        Of the parts that are passed on; see `Stored.carried`.
+        Of the parts that are passed on, NaN elsewhere; see `Stored.carried`. Never all NaN.
     polygons : Polygons
     parts : list of Part
     kept : (p,) bool
@@ -43,27 +43,8 @@ class Sheet:
 
     def triangles(self, part: int) -> NDArray[np.int32]:
         """Faces of a part, where every polygon is a triangle."""
-        return self.polygons.corners.reshape(-1, 3)[self.polygons.part == part]
-
-    def used(self) -> NDArray[np.int64]:
-        """Rows that a polygon uses, ascending."""
-        return np.unique(self.polygons.corners)
-
-    def corner_normals(self) -> NDArray[np.float64] | None:
-        """Normals per corner of the polygons, zero where there are none."""
-        if self.normals is None:
-            return None
-        return self.normals[self.polygons.corners]
-
-    def corner_carried(self, name: str) -> NDArray[np.float64] | None:
-        """What corners carry under a name, NaN where nothing."""
-        values = self.carried.get(name)
-        if values is None or not self.kept.any():
-            return None
-        taken = values[self.polygons.corners]
-        sizes = np.diff(self.polygons.offsets)
-        taken[~np.repeat(self.kept[self.polygons.part], sizes)] = np.nan
-        return None if np.isnan(taken).all() else taken
+        faces: NDArray[np.int32] = self.polygons.corners.reshape(-1, 3)[self.polygons.part == part]
+        return faces
 
 
 def sheet(mesh: Mesh, light: Light, options: Options, *, polygonal: bool) -> Sheet:
@@ -89,8 +70,20 @@ def sheet(mesh: Mesh, light: Light, options: Options, *, polygonal: bool) -> She
             _chosen(polygons, ~kept[polygons.part]),
             _chosen(mesh.source.polygons, kept[mesh.source.polygons.part]),
         )
-    carried = getattr(mesh.source, "carried", {}) if kept.any() else {}
-    return Sheet(mesh.name, mesh.points, normals, carried, polygons, mesh.parts, kept)
+    used = np.zeros(len(mesh.points), bool)
+    used[polygons.corners] = True
+    rows = np.flatnonzero(used)
+    compact = np.cumsum(used, dtype=np.int32) - 1
+    polygons.corners = compact[polygons.corners]
+    return Sheet(
+        name=mesh.name,
+        points=mesh.points[rows],
+        normals=None if normals is None else normals[rows],
+        carried=_kept_values(mesh, polygons, kept, rows),
+        polygons=polygons,
+        parts=mesh.parts,
+        kept=kept,
+    )
 
 
 def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
@@ -108,9 +101,23 @@ def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
     polygons = _turned(one.polygons) if mirrored else one.polygons
-    return Sheet(
-        one.name, placed(one.points, transform), normals, one.carried, polygons, one.parts, one.kept
-    )
+    return Sheet(one.name, placed(one.points, transform), normals, one.carried, polygons, one.parts, one.kept)
+
+
+def _kept_values(
+    mesh: Mesh, polygons: Polygons, kept: NDArray[np.bool_], rows: NDArray[np.int64]
+) -> dict[str, NDArray[np.float64]]:
+    """What rows of the parts that are passed on carry."""
+    carried: dict[str, NDArray[np.float64]] = {}
+    if not kept.any():
+        return carried
+    inside = np.zeros(len(rows), bool)
+    inside[polygons.corners[np.repeat(kept[polygons.part], np.diff(polygons.offsets))]] = True
+    for name, values in mesh.source.carried.items():
+        taken = np.where(inside[:, None], values[rows], np.nan)
+        if not np.isnan(taken).all():
+            carried[name] = taken
+    return carried
 
 
 def _with_kept(

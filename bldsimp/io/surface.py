@@ -16,7 +16,13 @@ from ..scene import Mesh, Part, Points
 MOST_NAMED = 10
 """So many offenders an error message names at most."""
 
-LARGEST_INT32 = 2**31 - 1
+LARGEST_COORDINATE = 1e100
+"""Beyond this, products of coordinates leave the range of double precision."""
+
+
+def shown(name: str) -> str:
+    """A name as text that every encoding takes: bytes that were no UTF-8 become question marks."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
 
 
 @dataclass
@@ -121,8 +127,9 @@ def check_indices(corners: NDArray[Any], count: int) -> None:
 
 
 def check_finite(points: Points, corners: NDArray[Any]) -> None:
-    """Refuse points that are not finite numbers and that a face uses."""
-    bad = ~np.isfinite(points).all(axis=1)
+    """Refuse points that a face uses and that are not finite numbers, or beyond `LARGEST_COORDINATE`."""
+    # A comparison with NaN is false.
+    bad = ~(np.abs(points) <= LARGEST_COORDINATE).all(axis=1)
     if not bad.any():
         return
     used = np.zeros(len(points), bool)
@@ -131,7 +138,7 @@ def check_finite(points: Points, corners: NDArray[Any]) -> None:
     if len(named):
         some = ", ".join(str(i) for i in named[:MOST_NAMED])
         raise InputError(
-            f"{len(named):,} points that a face uses are not finite numbers,"
+            f"{len(named):,} points that a face uses are not finite numbers (or beyond 1e100),"
             f" counted from 0: {some}{' ...' if len(named) > MOST_NAMED else ''}: repair or remove them"
         )
 
@@ -145,7 +152,8 @@ def number_format(points: Points, corners: NDArray[Any]) -> tuple[bool, float]:
     used[corners] = True
     values = points[used].ravel()
     largest = float(np.abs(values).max())
-    nearest = values.astype(np.float32).astype(np.float64)
+    with np.errstate(over="ignore", under="ignore"):
+        nearest = values.astype(np.float32).astype(np.float64)
     if np.array_equal(nearest, values):
         return True, 0.0
     decimals = _decimals(values)

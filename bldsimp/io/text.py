@@ -26,7 +26,7 @@ def numbers(text: bytes, kind: Any = np.float64) -> NDArray[Any]:
         try:
             return np.fromstring(text, dtype=kind, sep=" ")
         except (DeprecationWarning, ValueError):
-            raise InputError(f"'{_first_wrong(text)}' is not a number: the file is damaged") from None
+            raise InputError(f"{_first_wrong(text, kind)}: the file is damaged") from None
 
 
 def table(lines: Sequence[bytes]) -> NDArray[np.float64]:
@@ -57,11 +57,12 @@ def ragged(lines: Sequence[bytes]) -> tuple[NDArray[np.float64], NDArray[np.int6
     return rows, sizes
 
 
-def _first_wrong(text: bytes) -> str:
-    """The first token that is no number, for a message."""
+def _first_wrong(text: bytes, kind: Any) -> str:
+    """Name the first token that is no number."""
+    parse, noun = (float, "number") if kind is np.float64 else (int, "whole number")
     for token in text.split():
         try:
-            float(token)
+            parse(token)
         except ValueError:
-            return token[:40].decode(errors="replace")
-    return text[:40].decode(errors="replace")
+            return f"'{token[:40].decode(errors='replace')}' is not a {noun}"
+    return f"not every number of {len(text):,} bytes of text can be read"

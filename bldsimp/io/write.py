@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import base64
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
+from urllib.parse import quote, unquote
 
 import numpy as np
 
@@ -18,11 +20,12 @@ from .beside import Pictured, copies, embedded_images, obj_pictures
 from .gltf import Document, gltf_text, pack_glb
 from .gltf_new import new_document
 from .gltf_patch import patched
+from .losses import dropped, gltf_losses, losses
 from .mtl import material_library
 from .obj_write import obj_text
 from .plain_write import off_text, ply_bytes, stl_bytes
 from .ply import PlyFormat
-from .rounding import single_rounding
+from .rounding import fallen_together, single_rounding
 from .sheet import Sheet, instance, sheet
 from .surface import Polygons, Stored
 from .target import replace_files
@@ -108,7 +111,7 @@ def _files(
     scene: Scene, lights: list[Light], path: Path | None, format_: str, options: Options, written: Written
 ) -> dict[Path, bytes]:
     """Every file to write, the main one last."""
-    written.warnings += _dropped(scene, options)
+    written.warnings += dropped(scene, options)
     main = Path("-") if path is None else path
     if format_ in ("glb", "gltf"):
         return _gltf_files(scene, lights, main, format_, options, written)
@@ -125,13 +128,15 @@ def _files(
     ]
     if format_ == "obj":
         return _obj_files(scene, sheets, main, written)
-    _warn_of_losses(scene, sheets, format_, written)
+    written.warnings += losses(scene, sheets, format_)
     if format_ == "ply":
         data, written.vertices = ply_bytes(sheets, _ply_format(scene, sheets, written))
     elif format_ == "off":
-        data, written.vertices = off_text(sheets)
+        data, written.vertices = off_text(sheets, with_normals=scene.format == "off")
     else:
-        _warn_of_stl(scene, sheets, written)
+        used = [one.points for one in sheets]
+        written.rounding = max(map(single_rounding, used))
+        _warn_of_rounding(scene, "STL", sum(map(fallen_together, used)), written)
         data, written.vertices = stl_bytes([_triangles(one) for one in sheets])
     written.bytes = len(data)
     return {main: data}
@@ -164,8 +169,10 @@ def _gltf_files(
             beside = copies(json_, scene.path, main, written.warnings)
     else:
         images = obj_pictures(scene, options, written.warnings)
-        json_, binary, written.vertices, written.rounding = new_document(scene, lights, options, images)
-        _warn_of_gltf_losses(scene, options, written)
+        json_, binary, made = new_document(scene, lights, options, images)
+        written.vertices, written.rounding = made.vertices, made.rounding
+        _warn_of_rounding(scene, "glTF", made.fallen, written)
+        written.warnings += gltf_losses(scene, options)
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
         written.bytes = len(data)
@@ -174,7 +181,8 @@ def _gltf_files(
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
     if json_.get("buffers"):
         name = _buffer_name(scene, main)
-        uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else name
+        inside = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
+        uri = inside if embedded else quote(name)
         json_["buffers"][0] = {"uri": uri, **json_["buffers"][0]}
         if not embedded:
             beside[main.with_name(name)] = binary
@@ -185,89 +193,30 @@ def _gltf_files(
 
 def _buffer_name(scene: Scene, main: Path) -> str:
     """The buffer's file: the source's own where the document is written over itself."""
-    if scene.path is not None and isinstance(scene.source, Document) and scene.path.resolve() == main.resolve():
-        uris = [entry.get("uri", "") for entry in scene.source.items("buffers")]
-        if len(uris) == 1 and uris[0] and "/" not in uris[0] and not uris[0].startswith("data:"):
-            return str(uris[0])
-    return main.stem + ".bin"
+    own = main.stem + ".bin"
+    if scene.path is None or not isinstance(scene.source, Document):
+        return own
+    uris = [str(entry.get("uri", "")) for entry in scene.source.items("buffers")]
+    beside = [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
+    if scene.path.resolve() == main.resolve():
+        return beside[0] if len(beside) == 1 and "/" not in beside[0] else own
+    # The input must still be whole afterwards.
+    while any((scene.path.parent / name).resolve() == main.with_name(own).resolve() for name in beside):
+        own = f"light_{own}"
+    return own
 
 
 def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
     """An OBJ file, and the material library and textures beside it."""
     pictured = Pictured(scene, main, written.warnings)
     data, written.vertices = obj_text(sheets, pictured.libraries(sheets, material_library))
-    for mesh in scene.meshes:
-        lost = [
-            name
-            for part in mesh.parts
-            for name in part.attributes
-            if name not in ("vt", "colour", "TEXCOORD_0", "COLOR_0", "texture coordinates", *_COLORS, *_UV)
-        ]
-        if lost and any(one.kept.any() for one in sheets):
-            written.warnings.append(f"OBJ does not hold {_names(lost)} of '{mesh.name}': lost")
+    written.warnings += losses(scene, sheets, "obj")
     written.bytes = len(data) + sum(map(len, pictured.files.values()))
     return {**pictured.files, main: data}
 
 
-_COLORS = ("red", "green", "blue", "alpha")
-_UV = ("s", "t", "u", "v", "texture_u", "texture_v")
-_COLOR_NAMES = ("colour", "COLOR_0", *_COLORS)
-
-
-def _warn_of_losses(scene: Scene, sheets: list[Sheet], format_: str, written: Written) -> None:
-    """Name what PLY, OFF and STL cannot hold."""
-    held = (*_COLOR_NAMES, *_UV, "TEXCOORD_0", "vt", "texture coordinates") if format_ == "ply" else ()
-    lost = [
-        name
-        for one in sheets
-        for part, kept in zip(one.parts, one.kept, strict=True)
-        if kept
-        for name in part.attributes
-        if name not in held
-    ]
-    if lost:
-        written.warnings.append(f"{format_.upper()} does not hold {_names(lost)}: lost")
-    parts = [part for mesh in scene.meshes for part in mesh.parts]
-    if len(parts) > 1 or any(getattr(part.source, "material", None) for part in parts):
-        written.warnings.append(f"{format_.upper()} holds no parts or materials: those of {len(parts):,} parts are lost")
-    if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
-        written.warnings.append(f"{format_.upper()} holds no instances: each was written out")
-    if format_ == "stl" and any(one.normals is not None for one in sheets):
-        written.warnings.append("STL holds no vertex normals: lost")
-
-
-def _warn_of_gltf_losses(scene: Scene, options: Options, written: Written) -> None:
-    """Name what a part that is passed on has and the new document does not."""
-    held = (*_COLOR_NAMES, *_UV, "vt", "TEXCOORD_0", "texture coordinates")
-    lost = [
-        name
-        for mesh in scene.meshes
-        for part in mesh.parts
-        if part.passed_on(options)
-        for name in part.attributes
-        if name not in held
-    ]
-    if lost:
-        written.warnings.append(f"these were not carried over to glTF: {_names(lost)}")
-
-
-def _dropped(scene: Scene, options: Options) -> list[str]:
-    """Name what was dropped because the user asked."""
-    if not options.drop_attributes:
-        return []
-    carriers = [part for mesh in scene.meshes for part in mesh.parts if part.attributes]
-    if not carriers:
-        return []
-    names = [name for part in carriers for name in part.attributes]
-    return [f"dropped as asked, from {len(carriers):,} parts: {_names(names)}"]
-
-
-def _names(names: list[str]) -> str:
-    return ", ".join(dict.fromkeys(names))
-
-
 def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyFormat:
-    """Single unless that would move a point by more than epsilon; else, and from PLY, as the source has it."""
+    """Single unless that would move a point by more than epsilon; from PLY as the source has it."""
     stored = scene.meshes[0].source
     if isinstance(stored, Stored) and isinstance(stored.format, PlyFormat):
         if stored.format.double or stored.format.encoding == "ascii":
@@ -275,19 +224,22 @@ def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyForma
         encoding = stored.format.encoding
     else:
         encoding = "binary_little_endian"
-    moved = max(single_rounding(one.points[one.used()]) for one in sheets)
+    moved = max(single_rounding(one.points) for one in sheets)
     double = moved > epsilon(scene)
     written.rounding = 0.0 if double else moved
     return PlyFormat(encoding, double)
 
 
-def _warn_of_stl(scene: Scene, sheets: list[Sheet], written: Written) -> None:
-    """Say how far single precision moves the points."""
-    written.rounding = max(single_rounding(one.points[one.used()]) for one in sheets)
+def _warn_of_rounding(scene: Scene, format_: str, fallen: int, written: Written) -> None:
+    """Say what single precision did to the points, where that is more than the file's own numbers do."""
+    if not math.isfinite(written.rounding):
+        raise OutputError(f"the coordinates are too large for {format_}: write PLY, OBJ or OFF")
+    if fallen:
+        written.warnings.append(f"{fallen:,} points fell together in the single precision of {format_}")
     if written.rounding > max(epsilon(scene), AUTO_DIAGONAL * diagonal(scene)):
         written.warnings.append(
-            f"STL stores single precision: points moved by up to {written.rounding:.3g};"
-            " PLY, OBJ, OFF and GLB keep such coordinates"
+            f"{format_} stores single precision: points moved by up to {written.rounding:.3g};"
+            " PLY, OBJ and OFF keep such coordinates"
         )
 
 
@@ -308,8 +260,11 @@ def _differs(path: Path, data: bytes) -> bool:
 
 
 def _to_stream(stream: BinaryIO, data: bytes) -> None:
+    """Write all of it: an unbuffered pipe takes only as much as it has room for."""
+    rest = memoryview(data)
     try:
-        stream.write(data)
+        while len(rest):
+            rest = rest[stream.write(rest) :]
         stream.flush()
     except BrokenPipeError:
         raise

@@ -1,0 +1,182 @@
+"""Every file of a folder: points, facets on each rung, deviation beside the bound, what a second run drops.
+
+usage: python benchmarks/models.py [FOLDER] [--tolerance auto|LENGTH|PERCENT% ...] [--drop-attributes]
+needs: pip install "bldsimp[bench]"
+
+FOLDER is BLDSIMP_MODELS where left out. Each file is read, simplified and written in its own format as the
+program does it; what was written is read again, measured by an independent library against what was read
+first, and simplified once more. Everything is printed as Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rungs import percent, share
+from surface import Surface, deviation, welded
+from table import table
+from third_party import models_folder
+
+import bldsimp
+from bldsimp.io import SUFFIXES, read, write
+from bldsimp.ladder import Rung
+from bldsimp.options import parse_tolerance
+from bldsimp.tolerance import placed
+
+TOLERANCES = ("auto", "0.0001%")
+
+SECOND_RUN = 0.005
+"""A second run may drop this share of the points."""
+
+RUNS = 3
+
+
+@dataclass
+class Run:
+    """One file at one tolerance; lengths in model units."""
+
+    first: bldsimp.Report
+    second: bldsimp.Report
+    found: float
+    noise: float
+    seconds: float
+
+    @property
+    def bound(self) -> float:
+        """What the program promises, with what writing rounds."""
+        return self.first.deviation + self.first.rounding
+
+    @property
+    def kept(self) -> bool:
+        """Whether the judge finds no more than is promised, but for its own noise."""
+        return self.found <= self.bound + 4.0 * self.noise
+
+    @property
+    def dropped_again(self) -> int:
+        """Points that a second run drops."""
+        return self.first.after.points - self.second.after.points
+
+
+def world_surface(scene: bldsimp.Scene) -> Surface:
+    """All instances of all meshes of a scene as one surface."""
+    points, faces, count = [], [], 0
+    for mesh in scene.meshes:
+        for transform in mesh.transforms:
+            points.append(placed(mesh.points, transform))
+            faces.append(mesh.faces.astype(np.int64) + count)
+            count += len(mesh.points)
+    return welded(np.concatenate(points), np.concatenate(faces))
+
+
+def run_file(path: Path, options: bldsimp.Options, folder: Path) -> Run:
+    """Simplify a file, and what came of it once more.
+
+    Raises
+    ------
+    BldsimpError
+        Where the program refuses the file.
+    """
+    format_ = path.suffix.lower().lstrip(".")
+    out = folder / f"light.{format_}"
+    seconds = []
+    for _ in range(RUNS):
+        start = time.perf_counter()
+        scene = read(path, format_)
+        lights, first = bldsimp.simplify_scene(scene, options)
+        first.rounding = write(scene, lights, out, format_, options).rounding
+        seconds.append(time.perf_counter() - start)
+    again = read(out, format_)
+    before = world_surface(scene)
+    return Run(
+        first=first,
+        second=bldsimp.simplify_scene(again, options)[1],
+        found=deviation(before, world_surface(again)),
+        noise=deviation(before, before),
+        seconds=min(seconds),
+    )
+
+
+COUNTS = (
+    "model", "points", "left", "triangles", "left", "facets",
+    *(rung.name.lower().replace("_", " ") for rung in Rung), "second run drops",
+)  # fmt: skip
+PROMISES = ("model", "tolerance", "bound", "found", "noise", "promise kept", "edges", "healed", "seconds")
+
+
+def counts(name: str, run: Run) -> list[object]:
+    """What is left, and on which rung the facets stand."""
+    report = run.first
+    before, after = report.before, report.after
+    shares = [share(count, report.facets) for count in report.rungs.values()]
+    return [
+        name, before.points, after.points, before.triangles, after.triangles, report.facets, *shares,
+        percent(run.dropped_again, report.after.points),
+    ]  # fmt: skip
+
+
+def promises(name: str, run: Run) -> list[object]:
+    """How far the surface moved, and whether it stayed closed."""
+    report = run.first
+    words = {True: "closed", False: "open"}
+    edges = f"{words[report.before.watertight]} -> {words[report.after.watertight]}"
+    return [
+        name, report.tolerance, run.bound, run.found, run.noise, run.kept, edges, report.healed, run.seconds,
+    ]  # fmt: skip
+
+
+def run_folder(folder: Path, options: bldsimp.Options) -> tuple[dict[str, Run], list[str]]:
+    """All files of a folder that the program reads, and the messages of those that it refuses."""
+    runs, refused = {}, []
+    paths = [path for path in sorted(folder.rglob("*")) if path.suffix.lower().lstrip(".") in SUFFIXES]
+    for path in paths:
+        with tempfile.TemporaryDirectory() as scratch:
+            try:
+                runs[str(path.relative_to(folder))] = run_file(path, options, Path(scratch))
+            except bldsimp.BldsimpError as error:
+                refused.append(str(error).replace(f"{folder}/", ""))
+    return runs, refused
+
+
+def misses(runs: dict[str, Run]) -> str:
+    """Which models miss which promise, one line for each promise."""
+    missed: dict[str, list[str]] = {
+        "found above the bound": [name for name, run in runs.items() if not run.kept],
+        "closed before and open after": [
+            name
+            for name, run in runs.items()
+            if run.first.before.watertight and not run.first.after.watertight
+        ],
+        f"second run drops more than {SECOND_RUN:.1%}": [
+            name for name, run in runs.items() if run.dropped_again > SECOND_RUN * run.first.after.points
+        ],
+    }
+    return "\n".join(f"- {what}: {', '.join(names) or 'none'}" for what, names in missed.items())
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER")
+    parser.add_argument("--tolerance", nargs="+", default=TOLERANCES, metavar="TOLERANCE")
+    parser.add_argument("--drop-attributes", action="store_true", help="simplify textured parts, too")
+    args = parser.parse_args()
+    folder = args.folder or models_folder()
+    for tolerance in args.tolerance:
+        options = bldsimp.Options(parse_tolerance(tolerance), drop_attributes=args.drop_attributes)
+        runs, refused = run_folder(folder, options)
+        print(f"Tolerance {tolerance}{', attributes dropped' if args.drop_attributes else ''}:\n")
+        print(table(COUNTS, [counts(name, run) for name, run in runs.items()]) + "\n")
+        print(table(PROMISES, [promises(name, run) for name, run in runs.items()]) + "\n")
+        print(misses(runs))
+        print("".join(f"- refused: {message}\n" for message in refused))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,32 @@
+#!/bin/sh
+# All benchmarks, as Markdown on standard output; a few minutes on a quiet machine:
+#
+#     sh benchmarks/run.sh >benchmarks/results/VERSION.md
+#
+# Wants bldsimp[bench] in the environment of PYTHON (default: that of setup.sh), and the third-party models in
+# BLDSIMP_MODELS or in ../shared/models beside the checkout. Arguments choose sections: block anchors ...
+set -eu
+cd "$(dirname "$0")/.."
+python=${PYTHON:-.venv/bin/python}
+models=${BLDSIMP_MODELS:-../shared/models}
+chosen=" ${*:-block triangulation anchors startup models} "
+
+section() { # NAME TITLE SCRIPT ARGUMENT...
+    case $chosen in *" $1 "*) ;; *) return 0 ;; esac
+    printf '\n## %s\n\n' "$2"
+    script=$3
+    shift 3
+    echo "$script: running" >&2
+    "$python" "benchmarks/$script" "$@"
+}
+
+echo "# Figures of bldsimp $("$python" -c 'import bldsimp; print(bldsimp.__version__)')"
+echo
+"$python" benchmarks/machine.py
+section block "The over-sampled block" block.py "$models/exact/oversampled_minimal.ply"
+section block "Stages of the over-sampled block" block.py --stages --runs 3 "$models/exact/oversampled_minimal.ply"
+section triangulation "The triangulation" triangulation.py
+section anchors "Points beside the best peer" anchors.py
+section startup "From start to end" startup.py
+section models "Every model" models.py
+section models "Every model, textures and colours dropped" models.py --drop-attributes --tolerance auto

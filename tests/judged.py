@@ -1,0 +1,44 @@
+"""Simplify and let the judge look: what the tests of promises share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import judge
+import numpy as np
+from solids import Shape
+
+import bldsimp
+from bldsimp.report import Report
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Input and result as the judge sees them, and what the program says of them."""
+
+    before: judge.Surface
+    after: judge.Surface
+    report: Report
+    result: Shape
+
+
+def simplified(mesh: Shape, tolerance: float | None = None, *, share: float | None = None) -> Judged:
+    """Simplify within a length, or a share of the diagonal, or by default within `auto`."""
+    before = judge.surface(*mesh)
+    if share is not None:
+        tolerance = share * judge.extent(before)
+    result = bldsimp.simplify(mesh, tolerance)
+    return Judged(before, judge.surface(*result.mesh), result.report, result.mesh)
+
+
+def broken(case: Judged, count: int = 200) -> list[str]:
+    """Promises that a result breaks."""
+    report = case.report
+    found = judge.broken(
+        case.before, case.after, report.tolerance, report.deviation, healed=report.healed, count=count
+    )
+    told = (report.after.points, report.after.triangles)
+    seen = (len(np.unique(case.result[1])), len(case.result[1]))
+    if told != seen or len(case.after.faces) != len(case.result[1]):
+        found.append(f"the report tells {told}, the result has {seen}")
+    return found

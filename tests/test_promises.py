@@ -1,0 +1,288 @@
+"""What a run promises, on named shapes: judged by `judge`, which knows nothing of the program."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import judge
+import numpy as np
+import pytest
+import solids
+from judged import broken, simplified
+from solids import HARDER, SHAPES, Shape
+
+import bldsimp
+
+SHARES = (None, 0.0, 1e-6, 9e-6, 1e-3, 1e-2, 0.1)
+"""Tolerances as shares of the diagonal; None is `auto`."""
+
+
+def as_it_is(mesh: Shape) -> Shape:
+    return mesh
+
+
+@pytest.mark.parametrize("harder", [as_it_is, *HARDER.values()], ids=lambda make: make.__name__)
+@pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
+def test_every_shape_keeps_every_promise(make, harder) -> None:
+    mesh = harder(make())
+    for share in SHARES:
+        case = simplified(mesh, share=share)
+        assert broken(case) == [], share
+
+
+def subdivided_solids() -> dict[str, Shape]:
+    return {name: solids.subdivided(make(), 2) for name, make in SHAPES.items()}
+
+
+CORNERS = {
+    "box": 8, "gabled_house": 10, "pyramid": 21, "frame": 16, "room_with_cavity": 16,
+    "boxes_touching_in_a_point": 15, "boxes_touching_in_an_edge": 14, "inside_out_box": 8, "square": 4,
+    "one_triangle": 3, "open_cone": 11,
+    "plate_with_holes": 12, "pinched_plate": 11, "bow_tie": 5, "three_leaves": 8, "staircase": 26,
+    "wall_between_two_rooms": 12,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("tolerance", [None, 0.0])
+@pytest.mark.parametrize("name", CORNERS)
+def test_corners_alone_stay(name: str, tolerance: float | None) -> None:
+    mesh = solids.subdivided(SHAPES[name](), 2)
+    case = simplified(mesh, tolerance)
+    assert len(case.after.points) == CORNERS[name]
+    assert broken(case) == []
+
+
+@pytest.mark.parametrize(
+    "change", [solids.two_sided, solids.soup, solids.with_copies, solids.with_isolated_points]
+)
+@pytest.mark.parametrize("name", ["box", "gabled_house", "frame", "plate_with_holes", "open_cone"])
+def test_corners_alone_stay_however_the_file_is_made(name: str, change) -> None:
+    case = simplified(change(solids.subdivided(SHAPES[name](), 2)))
+    assert len(case.after.points) == CORNERS[name]
+    assert broken(case) == []
+
+
+# The same whatever the order
+
+
+@pytest.mark.parametrize("harder", [as_it_is, *HARDER.values()], ids=lambda make: make.__name__)
+@pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
+def test_order_does_not_matter(make, harder) -> None:
+    mesh = harder(solids.subdivided(make()))
+    first = simplified(mesh)
+    for seed in range(3):
+        other = simplified(solids.shuffled(mesh, seed))
+        assert np.array_equal(first.result[0], other.result[0])
+        assert judge.triangles(first.after) == judge.triangles(other.after)
+
+
+@pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
+def test_same_bytes_from_run_to_run(make) -> None:
+    mesh = solids.noisy(solids.rotated(solids.subdivided(make(), 2)), 1e-5)
+    first, second = (bldsimp.simplify(mesh, 1e-4).mesh for _ in range(2))
+    assert [a.tobytes() for a in first] == [a.tobytes() for a in second]
+
+
+# Winding
+
+
+def test_inside_out_box_is_turned_and_reported() -> None:
+    case = simplified(solids.subdivided(solids.inside_out_box()))
+    assert judge.volumes(case.after) == pytest.approx([1.0])
+    assert case.report.turned == 48
+
+
+def test_one_of_two_boxes_is_turned() -> None:
+    mesh = solids.merged(solids.box(), solids.reversed_winding(solids.box(at=(5, 0, 0))))
+    case = simplified(mesh)
+    assert judge.volumes(case.after) == pytest.approx([1.0, 1.0])
+    assert case.report.turned == 12
+
+
+def test_a_cavity_is_not_turned() -> None:
+    case = simplified(solids.subdivided(solids.room_with_cavity()))
+    assert sorted(judge.volumes(case.after)) == pytest.approx([-8.0, 64.0])
+    assert case.report.turned == 0
+
+
+def test_an_outer_wall_is_turned_round_its_cavity() -> None:
+    mesh = solids.merged(
+        solids.reversed_winding(solids.box((4, 4, 4))),
+        solids.reversed_winding(solids.box((2, 2, 2), (1, 1, 1))),
+    )
+    case = simplified(mesh)
+    assert sorted(judge.volumes(case.after)) == pytest.approx([-8.0, 64.0])
+    assert case.report.turned == 12
+
+
+@pytest.mark.parametrize("name", ["open_cone", "plate_with_holes", "staircase", "gabled_house", "box"])
+def test_a_few_turned_faces_are_turned_back(name: str) -> None:
+    points, faces = solids.subdivided(SHAPES[name](), 2)
+    turned = faces.copy()
+    turned[3::17] = turned[3::17, ::-1]
+    case = simplified((points, turned))
+    assert judge.topology(case.after).clashing == 0
+    assert case.report.turned == len(turned[3::17])
+    assert judge.triangles(case.after) == judge.triangles(simplified((points, faces)).after)
+
+
+def test_moebius_band_is_left_as_it_is() -> None:
+    mesh = solids.moebius()
+    case = simplified(solids.subdivided(mesh))
+    assert 0 < judge.topology(case.after).clashing <= judge.topology(case.before).clashing
+    assert case.report.turned == 0
+
+
+@pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
+@pytest.mark.parametrize(
+    "harder", [as_it_is, solids.two_sided, solids.rotated], ids=lambda make: make.__name__
+)
+def test_every_face_still_looks_the_same_way(make, harder) -> None:
+    case = simplified(harder(solids.subdivided(make())))
+    if case.report.turned:
+        pytest.skip("faces were turned on purpose")
+    within = case.report.tolerance + judge.blur(case.before)
+    assert judge.facing_away(case.before, case.after, within) == 0
+    assert judge.facing_away(case.after, case.before, within) == 0
+
+
+# T-junctions
+
+
+def test_a_t_junction_heals_and_is_reported() -> None:
+    case = simplified(solids.t_junction_wall())
+    assert (case.report.healed, len(case.after.points)) == (1, 6)
+    assert judge.topology(case.after).open_edges == 6
+    assert broken(case) == []
+
+
+def test_a_face_without_area_that_closes_a_t_junction_goes_with_its_point() -> None:
+    case = simplified(solids.closed_t_junction_wall())
+    assert len(case.after.points) == 4
+    assert broken(case) == []
+
+
+def test_three_leaves_keep_their_common_edge() -> None:
+    case = simplified(solids.subdivided(solids.three_leaves(), 2))
+    assert judge.topology(case.after).nonmanifold_edges == 1
+
+
+# Never worse
+
+
+@pytest.mark.parametrize("share", [0.1, 0.5, 1.0, 10.0])
+@pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
+def test_never_empty_nor_worse_at_any_tolerance(make, share: float) -> None:
+    case = simplified(solids.subdivided(make()), share=share)
+    assert broken(case) == []
+    assert len(case.after.faces) > 0
+
+
+@pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
+def test_a_second_run_drops_nothing(make) -> None:
+    once = simplified(solids.subdivided(make(), 2), 0.0)
+    if once.report.healed:
+        pytest.skip("what healed lies in one plane now")
+    twice = simplified(once.result, 0.0)
+    assert judge.positions(twice.after) == judge.positions(once.after)
+    assert judge.triangles(twice.after) == judge.triangles(once.after)
+
+
+# Exactly coplanar, exactly collinear
+
+
+@pytest.mark.parametrize("shift", [np.inf, -np.inf])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_tolerance_zero_sees_the_last_bit(axis: int, shift: float) -> None:
+    points, faces = solids.moved(solids.subdivided(solids.box(), 2), (1, 1, 1))
+    assert len(simplified((points, faces), 0.0).after.points) == 8
+    at = int(np.flatnonzero((points == [1.25, 1.5, 2.0]).all(axis=1))[0])
+    points = points.copy()
+    points[at, axis] = np.nextafter(points[at, axis], shift)
+    case = simplified((points, faces), 0.0)
+    assert (points[at].tobytes() in judge.positions(case.after)) == (axis == 2)
+    assert broken(case) == []
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_tolerance_zero_sees_the_last_bit_along_an_edge(axis: int) -> None:
+    points, faces = solids.moved(solids.subdivided(solids.box(), 2), (1, 1, 1))
+    at = int(np.flatnonzero((points == [1.5, 2.0, 2.0]).all(axis=1))[0])
+    points = points.copy()
+    points[at, axis] = np.nextafter(points[at, axis], 0.0)
+    case = simplified((points, faces), 0.0)
+    assert (points[at].tobytes() in judge.positions(case.after)) == (axis != 0)
+    assert broken(case) == []
+
+
+def fractions(point: np.ndarray) -> tuple[Fraction, ...]:
+    return tuple(Fraction(float(x)) for x in point)
+
+
+def lies_in(point: np.ndarray, corners: np.ndarray) -> bool:
+    """Whether a point lies in a triangle, by exact arithmetic."""
+    p, a, b, c = (np.array(fractions(q), object) for q in (point, *corners))
+    normal = np.cross(b - a, c - a)
+    if normal @ (p - a) != 0:
+        return False
+    ways = [normal @ np.cross(v - u, p - u) for u, v in ((a, b), (b, c), (c, a))]
+    return all(way >= 0 for way in ways) and any(normal)
+
+
+@pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
+def test_tolerance_zero_drops_only_what_lies_exactly_in_the_result(make) -> None:
+    for mesh in (solids.subdivided(make()), solids.rotated(solids.subdivided(make()))):
+        case = simplified(mesh, 0.0)
+        kept = judge.positions(case.after)
+        for point in case.before.points:
+            if point.tobytes() in kept:
+                continue
+            near = (case.after.corners.min(axis=1) <= point) & (point <= case.after.corners.max(axis=1))
+            assert any(lies_in(point, corners) for corners in case.after.corners[near.all(axis=1)])
+
+
+# The same shape in another place
+
+
+CHANGES = {
+    "mirrored": lambda mesh: (mesh[0] * [-1, 1, 1], mesh[1][:, ::-1]),
+    "axes permuted": lambda mesh: (mesh[0][:, [1, 2, 0]], mesh[1]),
+    "axes swapped": lambda mesh: (mesh[0][:, [1, 0, 2]], mesh[1][:, ::-1]),
+    "enlarged": lambda mesh: (mesh[0] * 2.0**10, mesh[1]),
+    "shrunk": lambda mesh: (mesh[0] * 2.0**-20, mesh[1]),
+    "moved": lambda mesh: (mesh[0] + [3, -17, 256], mesh[1]),
+    "on the map": lambda mesh: (mesh[0] + [500_000, 5_000_000, 0], mesh[1]),
+    "subdivided": solids.subdivided,
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("name", CORNERS)
+def test_a_changed_shape_keeps_its_counts(name: str, change: str) -> None:
+    mesh = solids.subdivided(SHAPES[name]())
+    before, after = simplified(mesh, 0.0), simplified(CHANGES[change](mesh), 0.0)
+    assert (len(after.after.points), len(after.after.faces)) == (
+        len(before.after.points),
+        len(before.after.faces),
+    )
+    assert broken(after) == []
+
+
+@pytest.mark.parametrize("name", ["box", "gabled_house", "frame", "staircase", "plate_with_holes"])
+@pytest.mark.parametrize("degrees", [1.0, 21.0, 77.7])
+def test_a_turned_shape_keeps_its_counts_within_rounding(name: str, degrees: float) -> None:
+    mesh = solids.single(solids.rotated(solids.subdivided(SHAPES[name](), 2), degrees))
+    case = simplified(mesh)
+    assert len(case.after.points) == CORNERS[name]
+    assert 0 < case.report.deviation <= case.report.tolerance
+    assert broken(case, 2000) == []
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-3])
+@pytest.mark.parametrize("name", ["box", "gabled_house", "frame", "staircase", "plate_with_holes"])
+def test_noise_under_the_tolerance_goes_and_above_it_stays(name: str, size: float) -> None:
+    mesh = solids.noisy(solids.subdivided(SHAPES[name](), 2), size)
+    rough, fine = simplified(mesh, 8 * size), simplified(mesh, size / 100)
+    assert len(rough.after.points) < len(rough.before.points) / 2 + CORNERS[name]
+    assert len(fine.after.points) > 0.9 * len(fine.before.points)
+    assert broken(rough) == broken(fine) == []
