@@ -143,6 +143,25 @@ def test_many_crossings_end(seed):
     assert len(result.points) < len(points) + 24 * 24
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_many_crossings_of_nearly_parallel_segments_end(seed):
+    """A bundle a few units in the last place wide, where each bend would make new crossings."""
+    rng = np.random.default_rng(seed)
+    width = rng.random((2, 40)) * 1e-12
+    angle = rng.random() * 6
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    points = np.stack([np.repeat([0.0, 1.0], 40), width.ravel()], axis=1) @ turn + 1e3 * (seed % 2)
+    result = checked(points, [(i, i + 40) for i in range(40)], carve=False, split_crossings=True)
+    assert len(result.points) < len(points) + 40 * 39 / 2
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_segments_between_neighbouring_doubles(seed):
+    rng = np.random.default_rng(seed)
+    points = rng.random(2) + rng.integers(-6, 7, (60, 2)) * 2.0**-53 * rng.choice([1, 2, 8], (60, 1))
+    checked(points, np.arange(60).reshape(-1, 2), carve=False, split_crossings=True)
+
+
 def test_segments_that_meet_in_a_point_do_not_cross():
     result = checked([*SQUARE, (2, 2)], [(0, 2), (1, 3)], carve=False)
     assert result.segments.tolist() == [[0, 4], [4, 2], [1, 4], [4, 3]]

@@ -147,7 +147,7 @@ class Triangulator {
   void split_crossing(Pending segment, Index crossed);
   Box common_box(Pending s, Pending t) const;
   Point2 crossing_point(Pending s, Pending t) const;
-  Index point_nearby(const Point2& point, Location location, Pending s, Pending t) const;
+  Index point_nearby(const Point2& point, Location location, Pending s, Pending t);
   double lift_on(Pending segment, const Point2& point) const;
 
   // carve.cpp: step 6 and the result
@@ -167,6 +167,8 @@ class Triangulator {
   std::vector<Index> chain_;    // left of the segment, halfedges inside its influence domain
   std::vector<Index> domain_;   // triangles of the influence domain
   std::vector<Index> layer_, next_layer_;
+  std::int64_t splits_ = 0, most_splits_ = 0;
+  double few_units_ = 0.0;      // of rounding, relative to the coordinates
 
   std::vector<Point2> points_;
   std::vector<Triple> triangles_, neighbours_;
