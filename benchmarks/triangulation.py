@@ -70,7 +70,8 @@ def star(
     """Points of a ring around a centre, their distance at random."""
     angle = np.arange(count) * (2 * np.pi / count)
     arm = rng.uniform(least, most, (count, 1))
-    return np.array(centre) + arm * np.c_[np.cos(angle), np.sin(angle)]
+    ring: Points = np.array(centre) + arm * np.c_[np.cos(angle), np.sin(angle)]
+    return ring
 
 
 def polygon(outer: int, holes: int, corners: int) -> Case:

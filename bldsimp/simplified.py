@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from .errors import InputError
 from .ladder import Rung
 from .options import Options, Tolerance
+from .number_format import number_format
 from .pipeline import Outcome, simplify_mesh
 from .report import PassedOn, Report
 from .rings import rings_of
@@ -204,8 +205,7 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
         loose = np.intersect1d(np.flatnonzero(~np.isfinite(own).all(axis=1)), corners)
         if len(loose):
             raise InputError(f"points {loose[:10].tolist()} are used by faces and not finite")
-    with np.errstate(over="ignore"):
-        single = bool(np.array_equal(own.astype(np.float32).astype(np.float64), own, equal_nan=True))
+    single, rounding = number_format(own, corners) if len(corners) else (False, 0.0)
     mesh = Mesh(
         name="mesh",
         points=own,
@@ -213,5 +213,6 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
         part_of_face=np.zeros(len(corners), np.int32),
         parts=[Part("mesh")],
         single=single,
+        rounding=rounding,
     )
     return Scene(path=None, format="arrays", meshes=[mesh], size=own.nbytes + corners.nbytes)
