@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
 from .ladder import Rung
-from .options import Options, Tolerance
 from .number_format import number_format
+from .options import Options, Tolerance
 from .pipeline import Outcome, simplify_mesh
 from .report import PassedOn, Report
 from .rings import rings_of
