@@ -33,6 +33,10 @@ LEAST_SECONDS = 0.02
 """A timed job repeats its call until it takes about this long, so that the clock is fine enough."""
 
 
+MOST_FOR_SCIPY = 100_000
+"""Points; a million take SciPy a quarter of a minute."""
+
+
 @dataclass
 class Case:
     """One input: points, ring segments, and a point inside each hole."""
@@ -66,7 +70,8 @@ def star(
     """Points of a ring around a centre, their distance at random."""
     angle = np.arange(count) * (2 * np.pi / count)
     arm = rng.uniform(least, most, (count, 1))
-    return np.array(centre) + arm * np.c_[np.cos(angle), np.sin(angle)]
+    ring: Points = np.array(centre) + arm * np.c_[np.cos(angle), np.sin(angle)]
+    return ring
 
 
 def polygon(outer: int, holes: int, corners: int) -> Case:
@@ -111,7 +116,7 @@ def repeated(job: Callable[[], int], times: int) -> Callable[[], None]:
 def measure(case: Case, runs: int) -> list[object]:
     """One row of the table."""
     jobs = {"ours": case.ours, "triangle": case.triangle}
-    if Delaunay is not None and not len(case.segments):
+    if Delaunay is not None and not len(case.segments) and len(case.points) <= MOST_FOR_SCIPY:
         jobs["scipy"] = case.scipy
     counts = {name: job() for name, job in jobs.items()}
     once = time_in_turns(1, **jobs)

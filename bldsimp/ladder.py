@@ -93,9 +93,16 @@ def climb(
         Facets whose faces must stay.
     """
     ladder = _Ladder(points, faces, halfedges, facets, tolerance, pinned)
-    while not ladder.settled():
-        pass
-    return ladder.assembled()
+    done = ladder.climbed()
+    # Where facets vanished, borders were joined or single faces kept, chains may run on through former
+    # corners: they are found again, on the result, until nothing more can go.
+    while ladder.reshaped():
+        ladder = ladder.next_pass()
+        again = ladder.climbed()
+        if _point_count(again) >= _point_count(done):
+            break
+        done = _followed_by(done, again)
+    return done
 
 
 class _Ladder:
@@ -111,15 +118,76 @@ class _Ladder:
         pinned: Flags,
     ) -> None:
         self.points, self.faces, self.halfedges, self.facets = points, faces, halfedges, facets
-        self.tolerance = tolerance
-        count = len(facets.planes)
+        self.tolerance, self.pinned = tolerance, pinned
+        self.planes = facets.planes
+        count = len(self.planes)
         self.rung = np.where(pinned != 0, np.uint8(Rung.PASSED_ON), np.uint8(0))
         self.cause = np.zeros(count, np.uint8)
         self.splits = np.zeros(count, np.uint8)
         self.facet_of_part = np.arange(count, dtype=np.int32)
         self.keep = pinned.copy()  # parts whose faces stay
         self.put_back = np.zeros(len(points), np.uint8)
+        # How far edges (as keys, sorted) already are from the outlines of the input.
+        self.spent_edges, self.spent = np.empty(0, np.int64), np.empty(0)
         self._begin()
+
+    def climbed(self) -> Assembled:
+        """The result, once everything fits."""
+        while not self._settled():
+            pass
+        return self._assembled()
+
+    def reshaped(self) -> bool:
+        """Whether the result may have corners that the input's outlines needed and its own do not."""
+        return self.edges.healed > 0 or len(self.keep) > len(self.rung)
+
+    def next_pass(self) -> _Ladder:
+        """A climb over the result, which counts the deviation that this one spent."""
+        turn = np.argmin(self.triangles, axis=1)[:, None]
+        faces = np.take_along_axis(self.triangles, (turn + np.arange(3)) % 3, axis=1)
+        order = np.lexsort((faces[:, 1], faces[:, 1:].max(axis=1), faces[:, 1:].min(axis=1), faces[:, 0]))
+        faces = np.ascontiguousarray(faces[order])
+        facet_of_face = self.facet_of_part[self.part_of_triangle[order]]
+        halfedges = _core.pair_halfedges(self.points, faces, faces.reshape(-1), self.tolerance)
+        facets = _core.Facets(facet_of_face, self.planes)
+        after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned)
+        after.spent_edges, after.spent = self._spent_on_edges()
+        after._begin()
+        return after
+
+    def _spent_on_edges(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """How far each edge of the result is from what it replaces, vanished parts included."""
+        vanished = np.bincount(self.part_of_triangle, minlength=len(self.keep)) == 0
+        of_vanished = np.where(vanished, np.hypot(self.widths, self._drift()), 0.0)
+        chain = self.pieces.chain
+        distance = self.pieces.deviation + self.spent_of_chain[chain]
+        distance = np.maximum(distance, self._greatest_of_chain(of_vanished)[chain])
+        edges, edge_of_piece = np.unique(self._key(self.pieces.begin, self.pieces.end), return_inverse=True)
+        greatest = np.zeros(len(edges))
+        np.maximum.at(greatest, edge_of_piece, distance)
+        return edges, greatest
+
+    def _key(self, a: Indices, b: Indices) -> NDArray[np.int64]:
+        """One number for an edge."""
+        return np.minimum(a, b).astype(np.int64) * len(self.points) + np.maximum(a, b)
+
+    def _spent_of_chain(self) -> NDArray[np.float64]:
+        """Greatest deviation that the edges of each chain already have."""
+        start, points = self.outlines.chain_start, self.outlines.chain_points
+        chains = len(start) - 1
+        if not len(self.spent_edges) or not chains:
+            return np.zeros(chains)
+        inside = np.ones(len(points) - 1, bool)
+        inside[start[1:-1] - 1] = False
+        keys = self._key(points[:-1], points[1:])[inside]
+        at = np.minimum(np.searchsorted(self.spent_edges, keys), len(self.spent_edges) - 1)
+        spent = np.where(self.spent_edges[at] == keys, self.spent[at], 0.0)
+        return np.maximum.reduceat(spent, start[:-1] - np.arange(chains))
+
+    def _drift(self) -> NDArray[np.float64]:
+        """Greatest distance of each part's pieces to the outlines of the input."""
+        chain = self.pieces.chain
+        return self._greatest_of_part(self.pieces.deviation + self.spent_of_chain[chain], chain)
 
     def _begin(self) -> None:
         """Trace the outlines of the parts as they are now."""
@@ -129,7 +197,9 @@ class _Ladder:
         self.face_start, self.face_order = _core.group_faces(self.facets)
         planes = self.facets.planes
         self.widths = planes[:, 4] - planes[:, 3] if self.tolerance > 0 else np.zeros(count)
-        self.limit = np.sqrt(np.maximum(self.tolerance**2 - self._greatest_of_chain(self.widths) ** 2, 0.0))
+        self.spent_of_chain = self._spent_of_chain()
+        allowed = np.sqrt(np.maximum(self.tolerance**2 - self._greatest_of_chain(self.widths) ** 2, 0.0))
+        self.limit = np.maximum(allowed - self.spent_of_chain, 0.0)
         self.must = self.outlines.is_corner | self.put_back
         self._keep_points_of(self.keep != 0)
         self.dirty = np.ones(count, bool)
@@ -137,7 +207,7 @@ class _Ladder:
         self.triangles = np.empty((0, 3), np.int32)
         self.part_of_triangle = np.empty(0, np.int32)
         self.kept = np.zeros(len(self.points), np.uint8)
-        self.cut: list[NDArray[np.int64]] = []
+        self.cut: list[Indices] = []
 
     def _index_chains(self, part_count: int) -> None:
         start, use_start = self.outlines.chain_start, self.outlines.use_start
@@ -148,7 +218,7 @@ class _Ladder:
         self._chain_of_sorted_use = self._chain_of_use[np.argsort(self.use_part, kind="stable")]
         self._use_start = _starts(np.bincount(self.use_part, minlength=part_count))
 
-    def settled(self) -> bool:
+    def _settled(self) -> bool:
         """One round; true when everything fits."""
         self._thin()
         self.edges = _core.merge_pieces(self.pieces, self.outlines)
@@ -161,12 +231,11 @@ class _Ladder:
             self._split()
         return fits
 
-    def assembled(self) -> Assembled:
+    def _assembled(self) -> Assembled:
         """The facets of the input again, each with all its parts."""
         count = len(self.rung)
-        drift = self._greatest_of_part(self.pieces.deviation, self.pieces.chain)
         deviation, unchanged = np.zeros(count), np.ones(count, np.uint8)
-        bound = np.where(self.unchanged != 0, 0.0, np.hypot(self.widths, drift))
+        bound = np.where(self.unchanged != 0, 0.0, np.hypot(self.widths, self._drift()))
         np.maximum.at(deviation, self.facet_of_part, bound)
         np.minimum.at(unchanged, self.facet_of_part, self.unchanged)
         below = (self.rung > Rung.SIMPLIFIED) & (self.rung < Rung.PASSED_ON)
@@ -204,7 +273,8 @@ class _Ladder:
         failed = np.flatnonzero(outcomes >= Cause.CROSSING)
         for i in failed:
             part = wanted[i]
-            self._step_down(part, Cause(int(outcomes[i])), _of(part, patches.put_back)[:, 0], _of(part, patches.trouble))
+            culprits = _of(part, patches.put_back)[:, 0]
+            self._step_down(part, Cause(int(outcomes[i])), culprits, _of(part, patches.trouble))
         return len(failed) == 0
 
     def _fits_together(self) -> bool:
@@ -291,6 +361,24 @@ class _Ladder:
         return of_part
 
 
+def _point_count(assembled: Assembled) -> int:
+    return len(np.unique(assembled.triangles))
+
+
+def _followed_by(first: Assembled, second: Assembled) -> Assembled:
+    """What two passes did together, of which the second worked on the result of the first."""
+    return Assembled(
+        triangles=second.triangles,
+        facet_of_triangle=second.facet_of_triangle,
+        kept=second.kept,
+        rung=np.maximum(first.rung, second.rung),
+        unchanged=first.unchanged & second.unchanged,
+        deviation=np.maximum(first.deviation, second.deviation),
+        healed=first.healed + second.healed,
+        causes=first.causes | second.causes,
+    )
+
+
 def _starts(counts: NDArray[np.int64]) -> Indices:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
 
@@ -304,4 +392,5 @@ def _of(part: np.int32, rows: Indices) -> Indices:
 def _touch(faces: Faces, edges: Indices) -> NDArray[np.bool_]:
     """Faces that have both ends of an edge; of an edge with equal ends, that point."""
     both = [np.isin(faces, edge).sum(axis=1) == (2 if edge[0] != edge[1] else 1) for edge in edges]
-    return np.any(both, axis=0)
+    touched: NDArray[np.bool_] = np.any(both, axis=0)
+    return touched

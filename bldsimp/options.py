@@ -66,6 +66,9 @@ class Options:
     baseline: bool = False
 
 
+DEFAULTS = Options()
+
+
 def parse_tolerance(text: str) -> Tolerance:
     """Read ``auto``, a length in model units (``0.02``) or a share of the diagonal (``0.1%``).
 

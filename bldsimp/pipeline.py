@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .ladder import Assembled, climb
-from .options import NEEDLE_DIAGONAL, WIDTH_SHARE, Options
+from .options import DEFAULTS, NEEDLE_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
 from .scene import Faces, Light, Mesh, Points
 
@@ -66,7 +66,7 @@ class Outcome:
     reasons: dict[str, int] = field(default_factory=dict)
 
 
-def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = Options()) -> Outcome:
+def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> Outcome:
     """Simplify one mesh.
 
     Parameters

@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import InputError
 from .ladder import Rung
+from .number_format import number_format
 from .options import Options, Tolerance
 from .pipeline import Outcome, simplify_mesh
 from .report import PassedOn, Report
 from .rings import rings_of
-from .scene import Faces, Light, Mesh, Part, Points, Scene
+from .scene import Light, Mesh, Part, Points, Scene
 from .tolerance import blur, diagonal, resolve_tolerance, scale
 
 
@@ -60,7 +61,7 @@ class Simplified:
     def facets(self) -> list[Facet]:
         """Facets that the result still shows, in order of their first face."""
         outcome = self._outcome
-        used, compact = np.unique(outcome.triangles, return_inverse=True)
+        compact = np.unique(outcome.triangles, return_inverse=True)[1]
         triangles = compact.reshape(-1, 3).astype(np.int32)
         order = np.argsort(outcome.facet_of_face, kind="stable")
         faces = np.split(outcome.source[order], np.cumsum(np.bincount(outcome.facet_of_face))[:-1])
@@ -204,8 +205,7 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
         loose = np.intersect1d(np.flatnonzero(~np.isfinite(own).all(axis=1)), corners)
         if len(loose):
             raise InputError(f"points {loose[:10].tolist()} are used by faces and not finite")
-    with np.errstate(over="ignore"):
-        single = bool(np.array_equal(own.astype(np.float32).astype(np.float64), own, equal_nan=True))
+    single, rounding = number_format(own, corners) if len(corners) else (False, 0.0)
     mesh = Mesh(
         name="mesh",
         points=own,
@@ -213,5 +213,6 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
         part_of_face=np.zeros(len(corners), np.int32),
         parts=[Part("mesh")],
         single=single,
+        rounding=rounding,
     )
     return Scene(path=None, format="arrays", meshes=[mesh], size=own.nbytes + corners.nbytes)

@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from distance import Boxes, distance_to_own_triangle, distance_to_triangles
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-
-from distance import Boxes, distance_to_own_triangle, distance_to_triangles
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import judge
 import numpy as np
+from solids import Shape
 
 import bldsimp
-import judge
 from bldsimp.report import Report
-from solids import Shape
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-
 from solids import Shape, merged, of_polygons, rotated, shape, soup, two_sided, voxels, welded
 
 Random = np.random.Generator

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import judge
 import numpy as np
 import pytest
-
-import bldsimp
-import judge
 import solids
 from judged import broken, simplified
 from solids import HARDER, SHAPES, Shape
+
+import bldsimp
 
 SHARES = (None, 0.0, 1e-6, 9e-6, 1e-3, 1e-2, 0.1)
 """Tolerances as shares of the diagonal; None is `auto`."""
@@ -36,7 +36,8 @@ def subdivided_solids() -> dict[str, Shape]:
 
 CORNERS = {
     "box": 8, "gabled_house": 10, "pyramid": 21, "frame": 16, "room_with_cavity": 16,
-    "boxes_touching_in_a_point": 15, "boxes_touching_in_an_edge": 14, "inside_out_box": 8, "square": 4, "one_triangle": 3, "open_cone": 11,
+    "boxes_touching_in_a_point": 15, "boxes_touching_in_an_edge": 14, "inside_out_box": 8, "square": 4,
+    "one_triangle": 3, "open_cone": 11,
     "plate_with_holes": 12, "pinched_plate": 11, "bow_tie": 5, "three_leaves": 8, "staircase": 26,
     "wall_between_two_rooms": 12,
 }  # fmt: skip
@@ -51,7 +52,9 @@ def test_corners_alone_stay(name: str, tolerance: float | None) -> None:
     assert broken(case) == []
 
 
-@pytest.mark.parametrize("change", [solids.two_sided, solids.soup, solids.with_copies, solids.with_isolated_points])
+@pytest.mark.parametrize(
+    "change", [solids.two_sided, solids.soup, solids.with_copies, solids.with_isolated_points]
+)
 @pytest.mark.parametrize("name", ["box", "gabled_house", "frame", "plate_with_holes", "open_cone"])
 def test_corners_alone_stay_however_the_file_is_made(name: str, change) -> None:
     case = simplified(change(solids.subdivided(SHAPES[name](), 2)))
@@ -104,7 +107,8 @@ def test_a_cavity_is_not_turned() -> None:
 
 def test_an_outer_wall_is_turned_round_its_cavity() -> None:
     mesh = solids.merged(
-        solids.reversed_winding(solids.box((4, 4, 4))), solids.reversed_winding(solids.box((2, 2, 2), (1, 1, 1)))
+        solids.reversed_winding(solids.box((4, 4, 4))),
+        solids.reversed_winding(solids.box((2, 2, 2), (1, 1, 1))),
     )
     case = simplified(mesh)
     assert sorted(judge.volumes(case.after)) == pytest.approx([-8.0, 64.0])
@@ -130,7 +134,9 @@ def test_moebius_band_is_left_as_it_is() -> None:
 
 
 @pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
-@pytest.mark.parametrize("harder", [as_it_is, solids.two_sided, solids.rotated], ids=lambda make: make.__name__)
+@pytest.mark.parametrize(
+    "harder", [as_it_is, solids.two_sided, solids.rotated], ids=lambda make: make.__name__
+)
 def test_every_face_still_looks_the_same_way(make, harder) -> None:
     case = simplified(harder(solids.subdivided(make())))
     if case.report.turned:
@@ -255,7 +261,10 @@ CHANGES = {
 def test_a_changed_shape_keeps_its_counts(name: str, change: str) -> None:
     mesh = solids.subdivided(SHAPES[name]())
     before, after = simplified(mesh, 0.0), simplified(CHANGES[change](mesh), 0.0)
-    assert (len(after.after.points), len(after.after.faces)) == (len(before.after.points), len(before.after.faces))
+    assert (len(after.after.points), len(after.after.faces)) == (
+        len(before.after.points),
+        len(before.after.faces),
+    )
     assert broken(after) == []
 
 

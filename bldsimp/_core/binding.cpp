@@ -133,6 +133,13 @@ void bind_mesh(nb::module_& m) {
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
   def_view<double>(facets, "planes", &Facets::planes);
+  facets.def(
+      "__init__",
+      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 5>> planes) {
+        const auto all = rows<Plane>(planes);
+        new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}};
+      },
+      "facet_of_face"_a, "planes"_a);
   m.def(
       "find_facets",
       [](Points3 points, Faces3 faces, const Halfedges& h, Indices label, std::tuple<double, double, double> origin,
@@ -147,7 +154,7 @@ void bind_mesh(nb::module_& m) {
       "group_faces",
       [](const Facets& all) {
         Grouped grouped = group_faces(all);
-        return nb::make_tuple(give<Index>(std::move(grouped.start)), give<Index>(std::move(grouped.order)));
+        return std::tuple(give<Index>(std::move(grouped.start)), give<Index>(std::move(grouped.order)));
       },
       "facets"_a);
   m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
@@ -300,6 +307,12 @@ void check_range(std::span<const Index> indices, std::size_t count) {
   if (!within) throw nb::index_error("index out of range");
 }
 
+void check_offsets(std::span<const std::int64_t> offsets, std::size_t count) {
+  bool rising = offsets.empty() || (offsets.front() >= 0 && offsets.back() <= static_cast<std::int64_t>(count));
+  for (std::size_t i = 1; i < offsets.size(); ++i) rising &= offsets[i - 1] <= offsets[i];
+  if (!rising) throw nb::index_error("offsets out of range, or not rising");
+}
+
 // (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
 // statistics); nothing after the points counts where segments cross.
 auto triangulate(const Points2& points, const Pairs& segments, bool carve, bool split_crossings,
@@ -338,6 +351,7 @@ void bind_triangulation(nb::module_& m) {
       "triangulate_polygons",
       [](Points3 points, In<std::int64_t, nb::shape<-1>> offsets, Indices corners) {
         check_range(flat(corners), points.shape(0));
+        check_offsets(flat(offsets), corners.shape(0));
         PolygonFaces result;
         {
           nb::gil_scoped_release release;

@@ -1,7 +1,7 @@
 // Constrained Delaunay triangulation by morphological recognition.
 //
-// Points are inserted one by one along a Hilbert curve, each located by a walk that crosses the
-// edge which sees it on the other side; Lawson flips keep the net Delaunay. Each segment then swaps
+// Points are inserted one by one, in rounds along a Hilbert curve, each located by a walk that crosses
+// the edge which sees it on the other side; Lawson flips keep the net Delaunay. Each segment then swaps
 // diagonals in its influence domain until it is an edge, and what lies outside the rings is carved
 // away. The outside is a fan of ghost triangles around a point at infinity: no bounding triangle
 // whose size would have to be guessed, and no hull edge lost.
@@ -147,7 +147,7 @@ class Triangulator {
   void split_crossing(Pending segment, Index crossed);
   Box common_box(Pending s, Pending t) const;
   Point2 crossing_point(Pending s, Pending t) const;
-  Index point_nearby(const Point2& point, Location location, Pending s, Pending t) const;
+  Index point_nearby(const Point2& point, Location location, Pending s, Pending t);
   double lift_on(Pending segment, const Point2& point) const;
 
   // carve.cpp: step 6 and the result
@@ -167,6 +167,8 @@ class Triangulator {
   std::vector<Index> chain_;    // left of the segment, halfedges inside its influence domain
   std::vector<Index> domain_;   // triangles of the influence domain
   std::vector<Index> layer_, next_layer_;
+  std::int64_t splits_ = 0, most_splits_ = 0;
+  double few_units_ = 0.0;      // of rounding, relative to the coordinates
 
   std::vector<Point2> points_;
   std::vector<Triple> triangles_, neighbours_;

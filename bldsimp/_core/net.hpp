@@ -127,7 +127,8 @@ class Net {
       const Side& after = side[(i + 1) % sides];
       const Side& before = side[(i + sides - 1) % sides];
       const Index base = 4 * now.home;
-      triangle_[now.home] = {{now.origin, after.origin, vertex, 0}, {-1, 4 * after.home + 2, 4 * before.home + 1, -1}};
+      triangle_[now.home] = {{now.origin, after.origin, vertex, 0},
+                             {-1, 4 * after.home + 2, 4 * before.home + 1, -1}};
       link(base, now.twin);
       if constexpr (Marked) {
         mark_[base] = now.mark;
@@ -138,7 +139,8 @@ class Net {
       rim[i] = base;
     }
     if constexpr (Marked) {
-      if (leaving_.size() <= static_cast<std::size_t>(vertex)) leaving_.resize(static_cast<std::size_t>(vertex) + 1);
+      const auto needed = static_cast<std::size_t>(vertex) + 1;
+      if (leaving_.size() < needed) leaving_.resize(needed);
       leaving_[vertex] = 4 * side[0].home + 2;
     }
     return sides;

@@ -104,11 +104,9 @@ void OutlineCutter::name_positions(std::span<const Point3> outline) {
 }
 
 bool OutlineCutter::cut_by_core() {
-  const double* const lift = std::all_of(lift_.begin(), lift_.end(), [](double l) { return std::isfinite(l); })
-                                 ? lift_.data()
-                                 : nullptr;
-  if (triangulator_.run(flat_, segment_, {.carve = true, .split_crossings = false, .lift = lift}) != Status::done)
-    return false;
+  const bool finite = std::all_of(lift_.begin(), lift_.end(), [](double l) { return std::isfinite(l); });
+  const TriangulateOptions options{.lift = finite ? lift_.data() : nullptr};
+  if (triangulator_.run(flat_, segment_, options) != Status::done) return false;
   faces_ = triangulator_.triangles();
   close_split_edges();
   return true;

@@ -71,7 +71,8 @@ auto incircle_determinant(const Point2& a, const Point2& b, const Point2& c, con
 }
 
 template <class Difference>
-auto orient3d_determinant(const Point3& a, const Point3& b, const Point3& c, const Point3& d, const Difference& minus) {
+auto orient3d_determinant(const Point3& a, const Point3& b, const Point3& c, const Point3& d,
+                          const Difference& minus) {
   const auto ax = minus(a.x, d.x), ay = minus(a.y, d.y), az = minus(a.z, d.z);
   const auto bx = minus(b.x, d.x), by = minus(b.y, d.y), bz = minus(b.z, d.z);
   const auto cx = minus(c.x, d.x), cy = minus(c.y, d.y), cz = minus(c.z, d.z);

@@ -1,6 +1,7 @@
 #include "retriangulate.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 
 #include "cdt.hpp"
@@ -200,26 +201,47 @@ class Retriangulator {
     return touching;
   }
 
-  // Whether the facet has the Euler characteristic that it had. With that its rings bound as many pieces as
-  // before: a ring that is turned over in the projection, or a neck that closes, would make one of its own.
+  // Whether the facet has the Euler characteristic that it had. With that its rings bound as many pieces
+  // as before: a ring that is turned over in the projection, or a neck that closes, would make pieces of
+  // their own. Where two of its borders were laid on one another it has changed, rightly.
   bool euler_agrees(Index facet, std::size_t triangles) {
-    std::int64_t points_before = 0, outline_before = 0, outline_after = 0;
+    std::int64_t points = 0, rim_before = 0, rim_after = 0;
     for (const Index f : faces_of(facet))
       for (const Index p : parts_.faces[f])
         if (facet_of_point_[p] != facet) {
           facet_of_point_[p] = facet;
-          ++points_before;
+          ++points;
         }
-    // Edges of the outline count once, inner ones are used twice: 2 edges = 3 triangles + 2 outline - uses.
     for (Index u = runs_.use_start[facet]; u < runs_.use_start[facet + 1]; ++u) {
       const Index chain = runs_.chain_uses[u].first;
-      const bool again = u > runs_.use_start[facet] && runs_.chain_uses[u - 1].first == chain;
-      const int weight = again ? -1 : 1;
-      outline_before += weight * (parts_.outlines.chain_start[chain + 1] - parts_.outlines.chain_start[chain] - 1);
-      outline_after += weight * (runs_.piece_start[chain + 1] - runs_.piece_start[chain]);
+      if (runs_on_both_sides(facet, u)) continue;
+      rim_before += parts_.outlines.chain_start[chain + 1] - parts_.outlines.chain_start[chain] - 1;
+      rim_after += runs_.piece_start[chain + 1] - runs_.piece_start[chain];
     }
-    return 2 * points_before - std::ssize(faces_of(facet)) - outline_before ==
-           2 * std::ssize(point_of_local_) - static_cast<std::int64_t>(triangles) - outline_after;
+    if (count_unopposed() < rim_after) return true;
+    // Points - edges + triangles, where 2 edges = 3 triangles + edges of the rim; twice.
+    const auto twice_euler = [](std::int64_t p, std::int64_t t, std::int64_t rim) { return 2 * p - t - rim; };
+    return twice_euler(points, std::ssize(faces_of(facet)), rim_before) ==
+           twice_euler(std::ssize(point_of_local_), static_cast<std::int64_t>(triangles), rim_after);
+  }
+
+  // A slit: the facet lies on both sides of a chain. Its two uses of that chain stand side by side.
+  bool runs_on_both_sides(Index facet, Index u) const {
+    const auto same_chain = [&](Index v) {
+      return v >= runs_.use_start[facet] && v < runs_.use_start[facet + 1] &&
+             runs_.chain_uses[v].first == runs_.chain_uses[u].first;
+    };
+    return same_chain(u - 1) || same_chain(u + 1);
+  }
+
+  // Segments that no other runs against.
+  std::int64_t count_unopposed() const {
+    std::vector<std::array<Index, 2>> there(segments_), back(segments_), only;
+    for (auto& segment : back) std::swap(segment[0], segment[1]);
+    std::sort(there.begin(), there.end());
+    std::sort(back.begin(), back.end());
+    std::set_difference(there.begin(), there.end(), back.begin(), back.end(), std::back_inserter(only));
+    return std::ssize(only);
   }
 
   bool area_agrees(Index facet, const Projection& projection) const {

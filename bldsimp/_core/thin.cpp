@@ -27,6 +27,8 @@ class Thinner {
   void thin() {
     const std::size_t last = chain_.size() - 1;
     kept_[chain_[0]] = kept_[chain_[last]] = 1;
+    must_.resize(chain_.size());
+    for (std::size_t i = 0; i <= last; ++i) must_[i] = kept_[chain_[i]];
     if (chain_[0] == chain_[last]) keep_three(last);
     for (std::size_t from = 0; from < last;) {
       std::size_t to = from + 1;
@@ -44,6 +46,7 @@ class Thinner {
       stack_.push_back({from, at});
       stack_.push_back({at, to});
     }
+    drop_again(chain_[0] == chain_[last] ? 3 : 1);
   }
 
  private:
@@ -68,6 +71,25 @@ class Thinner {
     for (std::size_t i = from + 1; i < to; ++i)
       if (!exactly_on_segment(point(i), point(from), point(to))) return false;
     return true;
+  }
+
+  // The farthest point of an edge that runs along the base is any of its points, as rounding will have it:
+  // what proves needless beside the points kept later goes again.
+  void drop_again(std::size_t fewest_edges) {
+    std::vector<std::size_t> stay;
+    for (std::size_t i = 0; i < chain_.size(); ++i)
+      if (kept_[chain_[i]]) stay.push_back(i);
+    std::size_t edges = stay.size() - 1;
+    for (std::size_t i = 1; i + 1 < stay.size() && edges > fewest_edges;) {
+      if (must_[stay[i]] || !within(stay[i - 1], stay[i + 1], farthest(stay[i - 1], stay[i + 1]).second)) {
+        ++i;
+        continue;
+      }
+      kept_[chain_[stay[i]]] = 0;
+      stay.erase(stay.begin() + static_cast<std::ptrdiff_t>(i));
+      --edges;
+      i = std::max<std::size_t>(1, i - 1);
+    }
   }
 
   void keep_three(std::size_t last) {
@@ -97,6 +119,7 @@ class Thinner {
   std::span<const Index> chain_;
   double limit_;
   std::span<std::uint8_t> kept_;
+  std::vector<std::uint8_t> must_;  // per position: kept from the start
   std::vector<std::pair<std::size_t, std::size_t>> stack_;
 };
 

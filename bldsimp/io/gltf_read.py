@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..number_format import number_format
 from ..scene import Mesh, Part
 from .gltf import Document, refuse_packed
-from .surface import Material, check_finite, number_format
+from .surface import Material, check_finite
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 HARMLESS = {"KHR_materials_variants"}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..options import SIGNIFICANT_DIGITS
+from ..number_format import number_format
 from ..polygons import select_polygons, triangulate_polygons
 from ..scene import Mesh, Part, Points
 
@@ -141,38 +141,6 @@ def check_finite(points: Points, corners: NDArray[Any]) -> None:
             f"{len(named):,} points that a face uses are not finite numbers (or beyond 1e100),"
             f" counted from 0: {some}{' ...' if len(named) > MOST_NAMED else ''}: repair or remove them"
         )
-
-
-def number_format(points: Points, corners: NDArray[Any]) -> tuple[bool, float]:
-    """How finely the numbers of a file are stored: see `Mesh.single` and `Mesh.rounding`.
-
-    Told from the values alone, so that the same numbers give the same answer in text and binary.
-    """
-    used = np.zeros(len(points), bool)
-    used[corners] = True
-    values = points[used].ravel()
-    largest = float(np.abs(values).max())
-    with np.errstate(over="ignore", under="ignore"):
-        nearest = values.astype(np.float32).astype(np.float64)
-    if np.array_equal(nearest, values):
-        return True, 0.0
-    decimals = _decimals(values)
-    if decimals is None:
-        return False, 0.0
-    unit = 10.0**-decimals
-    coarse = unit > np.spacing(largest) and largest / unit >= 10.0 ** (SIGNIFICANT_DIGITS - 1)
-    return False, unit / 2.0 if coarse else 0.0
-
-
-def _decimals(values: NDArray[np.float64]) -> int | None:
-    """Fewest decimal digits that give back every value, or None where fifteen do not."""
-    sample = values[:: max(1, len(values) // 1000)]
-    for decimals in range(16):
-        if np.array_equal(np.round(sample, decimals), sample) and np.array_equal(
-            np.round(values, decimals), values
-        ):
-            return decimals
-    return None
 
 
 def _without_slivers(polygons: Polygons, warnings: list[str]) -> Polygons:

@@ -79,7 +79,8 @@ void corner_on_an_edge() {
 }
 
 void bridge_to_a_hole() {
-  const std::vector<Point3> points{{0, 0, 0}, {6, 0, 0}, {6, 6, 0}, {0, 6, 0}, {2, 2, 0}, {2, 4, 0}, {4, 4, 0}, {4, 2, 0}};
+  const std::vector<Point3> points{{0, 0, 0}, {6, 0, 0}, {6, 6, 0}, {0, 6, 0},
+                                   {2, 2, 0}, {2, 4, 0}, {4, 4, 0}, {4, 2, 0}};
   const std::vector<Index> corners{0, 1, 2, 3, 0, 4, 5, 6, 7, 4};
   CHECK(cut(points, corners).faces.size() == 8);
   check_outline(points, corners);

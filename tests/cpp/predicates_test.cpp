@@ -37,7 +37,8 @@ void expansions_agree_with_whole_numbers() {
     CHECK(incircle(a, b, c, d) ==
           incircle(scaled(a, power), scaled(b, power), scaled(c, power), scaled(d, power)));
     const Point3 p = point3(), q = point3(), r = point3(), s = point3();
-    CHECK(orient3d(p, q, r, s) == orient3d(scaled(p, power), scaled(q, power), scaled(r, power), scaled(s, power)));
+    CHECK(orient3d(p, q, r, s) ==
+          orient3d(scaled(p, power), scaled(q, power), scaled(r, power), scaled(s, power)));
   }
 }
 
@@ -99,7 +100,7 @@ void curve_is_continuous() {
   grid.push_back({0, 0});
   grid.push_back({64, 64});
   HilbertOrder workspace;
-  const auto order = workspace.order(grid);
+  const auto order = workspace.along_curve(grid);
   std::vector<Point2> sequence;
   for (const Index i : order)
     if (i < 64 * 64) sequence.push_back(grid[i]);
@@ -115,11 +116,12 @@ void curve_enters_clusters() {
     points.push_back({0.5 + static_cast<double>(generator() % 512) * 0x1p-50,
                       0.5 + static_cast<double>(generator() % 512) * 0x1p-50});
   HilbertOrder workspace;
-  const auto order = workspace.order(points);
+  const auto order = workspace.along_curve(points);
   double way = 0.0;
   for (std::size_t i = 1; i < order.size(); ++i)
     if (order[i] > 1 && order[i - 1] > 1)
-      way += std::hypot(points[order[i]].x - points[order[i - 1]].x, points[order[i]].y - points[order[i - 1]].y);
+      way += std::hypot(points[order[i]].x - points[order[i - 1]].x,
+                        points[order[i]].y - points[order[i - 1]].y);
   CHECK(way < 500 * 64 * 0x1p-50);
 }
 

@@ -38,7 +38,8 @@ void check_net(const Triangulator& t, bool carved, const Criterion& wants_flip) 
   for (const auto& [edge, here] : edges) {
     const auto across = edges.find({edge.second, edge.first});
     const auto& triangle = t.triangles()[here.first];
-    const auto corner = static_cast<std::size_t>(std::find(triangle.begin(), triangle.end(), here.second) - triangle.begin());
+    const auto found = std::find(triangle.begin(), triangle.end(), here.second);
+    const auto corner = static_cast<std::size_t>(found - triangle.begin());
     CHECK(t.neighbours()[here.first][corner] == (across == edges.end() ? -1 : across->second.first));
     if (across != edges.end() && pieces.count(edge) == 0)
       CHECK(!wants_flip(edge.first, edge.second, here.second, across->second.second));
@@ -71,7 +72,9 @@ void crowded_grids() {
     }
     ++crossings;
     CHECK(!split);
-    const auto end = [&](std::size_t which, std::size_t i) { return points[segments[workspace.crossing()[which]][i]]; };
+    const auto end = [&](std::size_t which, std::size_t i) {
+      return points[segments[workspace.crossing()[which]][i]];
+    };
     CHECK(orient2d(end(0, 0), end(0, 1), end(1, 0)) * orient2d(end(0, 0), end(0, 1), end(1, 1)) < 0);
     CHECK(orient2d(end(1, 0), end(1, 1), end(0, 0)) * orient2d(end(1, 0), end(1, 1), end(0, 1)) < 0);
   }
@@ -130,7 +133,8 @@ void any_lift_ends() {
     }
     Segments segments;
     for (int i = 0; i < 6; ++i) segments.push_back({below(points.size()), below(points.size())});
-    CHECK(workspace.run(points, segments, {.carve = false, .split_crossings = true, .lift = lift.data()}) == Status::done);
+    const TriangulateOptions options{.carve = false, .split_crossings = true, .lift = lift.data()};
+    CHECK(workspace.run(points, segments, options) == Status::done);
     check_net(workspace, false, [](Index, Index, Index, Index) { return false; });
   }
 }
