@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import judge
 import numpy as np
 import pytest
 
-import judge
 from bldsimp.io import SUFFIXES, read
 from bldsimp.options import Options, Tolerance
 from bldsimp.scene import Light, Mesh, Scene
