@@ -18,8 +18,7 @@ def number_format(points: Points, corners: NDArray[Any]) -> tuple[bool, float]:
     """
     used = np.zeros(len(points), bool)
     used[corners] = True
-    values = points[used].ravel()
-    largest = float(np.abs(values).max())
+    values = (points if used.all() else points[used]).ravel()
     with np.errstate(over="ignore", under="ignore"):
         nearest = values.astype(np.float32).astype(np.float64)
     if np.array_equal(nearest, values):
@@ -27,6 +26,7 @@ def number_format(points: Points, corners: NDArray[Any]) -> tuple[bool, float]:
     decimals = _decimals(values)
     if decimals is None:
         return False, 0.0
+    largest = float(np.abs(values).max())
     unit = 10.0**-decimals
     coarse = unit > np.spacing(largest) and largest / unit >= 10.0 ** (SIGNIFICANT_DIGITS - 1)
     return False, unit / 2.0 if coarse else 0.0

@@ -1,0 +1,28 @@
+"""Every file in corpus/ is a shape that once broke a promise; adding a file adds a test.
+
+A file has `points`, `faces`, `tolerance` (a length; null is `auto`), and `why`, what went wrong.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import solids
+from judged import broken, simplified
+
+CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.json"))
+
+
+@pytest.mark.parametrize("path", CORPUS, ids=lambda path: path.stem)
+def test_what_broke_once_stays_mended(path: Path) -> None:
+    case = json.loads(path.read_text())
+    mesh = solids.shape(case["points"], case["faces"])
+    for tolerance in {case["tolerance"], None, 0.0}:
+        first = simplified(mesh, tolerance)
+        assert broken(first, 1000) == [], f"{case['why']} (tolerance {tolerance})"
+        other = simplified(solids.shuffled(mesh), tolerance)
+        assert np.array_equal(first.result[0], other.result[0])
+        assert np.array_equal(first.result[1], other.result[1])

@@ -1,0 +1,107 @@
+"""The promises on third-party models, where their folder is there, and on the buildings in data/."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import judge
+import numpy as np
+import pytest
+
+from bldsimp.io import SUFFIXES, read
+from bldsimp.options import Options, Tolerance
+from bldsimp.scene import Light, Mesh, Scene
+from bldsimp.simplified import simplify_scene
+from bldsimp.tolerance import scale
+
+REFUSED = {"trimesh_empty.ply", "trimesh_points_emptyface.ply", "trimesh_notenoughindices.obj"}
+MODELS = (
+    "broken/manifold_Generic_Twin_7863.1.t0_right.obj", "broken/manifold_Havocglass8_left.obj",
+    "broken/manifold_Offset2.obj", "broken/manifold_openscad-nonmanifold-crash.obj", "broken/pmp_fandisk.off",
+    "broken/trimesh_busted.STL", "broken/trimesh_joined_tetrahedra.obj", "broken/trimesh_mirror.ply",
+    "broken/trimesh_multibody.stl", "broken/trimesh_nancolor.obj", "broken/trimesh_negative_indices.obj",
+    "broken/trimesh_plate_holes.STL", "broken/trimesh_polygonfaces.obj", "broken/trimesh_soup.stl",
+    "broken/trimesh_wallhole.obj", "city/derived_citygml4j_lod3_building.obj",
+    "city/derived_cjio_delft_buildings.obj", "city/derived_savenow_lod3_4018128.obj",
+    "city/derived_val3dity_fzk_haus.obj", "exact/cesium_building_tower.glb", "exact/hideba_bk.obj",
+    "exact/ifcderived_bimwhale_TallBuilding.obj", "exact/ifcderived_thatopen_duplex.obj",
+    "exact/oversampled_100k.glb", "exact/oversampled_10k.ply", "exact/oversampled_minimal.ply",
+    "exact/vcity_tour_part_dieu.obj", "noisy/abspy_test_church.obj", "noisy/easy3d_building.off",
+    "noisy/oversampled_10k_noise1cm.ply", "noisy/planeopt_copyroom.ply", "textured/cesium_house-3-0.glb",
+    "textured/kaykit_building_H/building_H.gltf", "textured/kenney_building-small-a.glb",
+    "textured/khronos_NegativeScaleTest.glb", "textured/khronos_SimpleInstancing.glb",
+    "textured/trimesh_no_indices_3storybuilding.glb",
+)  # fmt: skip
+
+
+def scene_of(path: Path) -> Scene:
+    return read(path, path.suffix[1:].lower())
+
+
+def lighter(mesh: Mesh, light: Light) -> Mesh:
+    """The result as a mesh again."""
+    return Mesh(
+        mesh.name, mesh.points, light.faces, light.part_of_face, mesh.parts, mesh.transforms,
+        single=mesh.single, rounding=mesh.rounding,
+    )  # fmt: skip
+
+
+def judged(scene: Scene, tolerance: Tolerance) -> list[Mesh]:
+    """Simplify a scene, have every mesh judged, and return the results."""
+    options = Options(tolerance=tolerance, drop_attributes=True)
+    lights, report = simplify_scene(scene, options)
+    results = []
+    for mesh, light in zip(scene.meshes, lights, strict=True):
+        results.append(lighter(mesh, light))
+        stretch = scale(mesh) or 1.0
+        found = judge.broken(
+            judge.surface(mesh.points, mesh.faces),
+            judge.surface(mesh.points, light.faces),
+            report.tolerance / stretch,
+            report.deviation / stretch,
+            healed=report.healed,
+            count=1000,
+        )
+        assert found == [], mesh.name
+    return results
+
+
+def points_of(meshes: list[Mesh]) -> int:
+    return sum(len(judge.surface(mesh.points, mesh.faces).points) for mesh in meshes)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_models_keep_every_promise(name: str, models: Path) -> None:
+    scene = scene_of(models / name)
+    once = judged(scene, Tolerance())
+    scene.meshes = once
+    lights, _ = simplify_scene(scene, Options(drop_attributes=True))
+    twice = [lighter(mesh, light) for mesh, light in zip(once, lights, strict=True)]
+    assert points_of(twice) >= 0.995 * points_of(once)
+
+
+@pytest.mark.parametrize("percent", [0.1, 1.0])
+@pytest.mark.parametrize("name", MODELS)
+def test_models_keep_every_promise_at_rough_tolerances(name: str, percent: float, models: Path) -> None:
+    judged(scene_of(models / name), Tolerance(percent, "percent"))
+
+
+def test_no_model_is_forgotten(models: Path) -> None:
+    found = {
+        str(path.relative_to(models))
+        for path in models.rglob("*")
+        if path.suffix[1:].lower() in SUFFIXES and "cdt" not in path.parts and path.name not in REFUSED
+    }
+    assert found == set(MODELS)
+
+
+@pytest.mark.parametrize("name", ["building_a.obj", "building_b.obj", "building_a.glb", "building_b.glb"])
+def test_a_second_run_on_our_own_buildings_changes_nothing(name: str, data: Path) -> None:
+    scene = scene_of(data / name)
+    scene.meshes = once = judged(scene, Tolerance())
+    lights, _ = simplify_scene(scene, Options())
+    for mesh, light in zip(once, lights, strict=True):
+        first = judge.surface(mesh.points, mesh.faces)
+        second = judge.surface(mesh.points, light.faces)
+        assert np.array_equal(first.points, second.points)
+        assert judge.triangles(first) == judge.triangles(second)
