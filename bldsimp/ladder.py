@@ -73,6 +73,8 @@ class _Ladder:
         self.put_back = np.zeros(len(points), np.uint8)
         # How far edges (as keys, sorted) already are from the outlines of the input.
         self.spent_edges, self.spent = np.empty(0, np.int64), np.empty(0)
+        # The bounds of the facets that vanished into them.
+        self.vanished = np.empty(0)
         self._begin()
 
     def climbed(self) -> Assembled:
@@ -95,28 +97,33 @@ class _Ladder:
         halfedges = _core.pair_halfedges(self.points, faces, faces.reshape(-1), self.tolerance)
         facets = _core.Facets(facet_of_face, self.planes)
         after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned)
-        after.spent_edges, after.spent = self._spent_on_edges()
+        after.spent_edges, after.spent, after.vanished = self._spent_on_edges()
         after._begin()
         return after
 
-    def _spent_on_edges(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """How far each edge of the result is from what it replaces, vanished parts included."""
-        vanished = np.bincount(self.part_of_triangle, minlength=len(self.keep)) == 0
-        of_vanished = np.where(vanished, np.hypot(self.widths, self._drift()), 0.0)
+    def _spent_on_edges(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Edges of the result, how far each is from what it replaces, and the bounds of what vanished there."""
+        gone = np.bincount(self.part_of_triangle, minlength=len(self.keep)) == 0
         chain = self.pieces.chain
-        distance = self.pieces.deviation + self.spent_of_chain[chain]
-        distance = np.maximum(distance, self._greatest_of_chain(of_vanished)[chain])
+        bound = np.hypot(self.widths, self._drift(np.ones(len(chain), bool)))
+        of_gone = self._greatest_of_chain(np.where(gone, bound, 0.0))
         edges, edge_of_piece = np.unique(self._key(self.pieces.begin, self.pieces.end), return_inverse=True)
-        greatest = np.zeros(len(edges))
-        np.maximum.at(greatest, edge_of_piece, distance)
-        return edges, greatest
+        spent, vanished = np.zeros(len(edges)), np.zeros(len(edges))
+        np.maximum.at(spent, edge_of_piece, self.pieces.deviation + self.spent_of_chain[chain])
+        np.maximum.at(vanished, edge_of_piece, np.maximum(of_gone[chain], self._of_vanished()))
+        return edges, spent, vanished
+
+    def _of_vanished(self) -> NDArray[np.float64]:
+        """Bound, at each piece, of what vanished there before; 0 where nothing did."""
+        before = self.vanished_of_chain[self.pieces.chain]
+        return np.where(before > 0, before + self.pieces.deviation, 0.0)
 
     def _key(self, a: Indices, b: Indices) -> NDArray[np.int64]:
         """One number for an edge."""
         return np.minimum(a, b).astype(np.int64) * len(self.points) + np.maximum(a, b)
 
-    def _spent_of_chain(self) -> NDArray[np.float64]:
-        """Greatest deviation that the edges of each chain already have."""
+    def _greatest_on_chain(self, of_edge: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Greatest value that the edges of each chain have from the pass before."""
         start, points = self.outlines.chain_start, self.outlines.chain_points
         chains = len(start) - 1
         if not len(self.spent_edges) or not chains:
@@ -125,13 +132,14 @@ class _Ladder:
         inside[start[1:-1] - 1] = False
         keys = self._key(points[:-1], points[1:])[inside]
         at = np.minimum(np.searchsorted(self.spent_edges, keys), len(self.spent_edges) - 1)
-        spent = np.where(self.spent_edges[at] == keys, self.spent[at], 0.0)
-        return np.maximum.reduceat(spent, start[:-1] - np.arange(chains))
+        values = np.where(self.spent_edges[at] == keys, of_edge[at], 0.0)
+        return np.maximum.reduceat(values, start[:-1] - np.arange(chains))
 
-    def _drift(self) -> NDArray[np.float64]:
-        """How far each part's surface is from the input's within the plane."""
+    def _drift(self, moved: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """How far each part's surface is from the input's within the plane, where pieces moved."""
         chain = self.pieces.chain
-        return self.folds + self._greatest_of_part(self.pieces.deviation + self.spent_of_chain[chain], chain)
+        distance = np.where(moved, self.pieces.deviation + self.spent_of_chain[chain], 0.0)
+        return self.folds + self._greatest_of_part(distance, chain)
 
     def _begin(self) -> None:
         """Trace the outlines of the parts as they are now."""
@@ -142,9 +150,11 @@ class _Ladder:
         planes = self.facets.planes
         self.widths = planes[:, 4] - planes[:, 3] if self.tolerance > 0 else np.zeros(count)
         self.folds = planes[:, 5]
-        self.spent_of_chain = self._spent_of_chain()
+        self.spent_of_chain = self._greatest_on_chain(self.spent)
+        self.vanished_of_chain = self._greatest_on_chain(self.vanished)
         allowed = np.sqrt(np.maximum(self.tolerance**2 - self.widths**2, 0.0)) - self.folds
-        self.limit = np.maximum(-self._greatest_of_chain(-allowed) - self.spent_of_chain, 0.0)
+        left = -self._greatest_of_chain(-allowed) - self.spent_of_chain
+        self.limit = np.maximum(np.minimum(left, self.tolerance - self.vanished_of_chain), 0.0)
         self.must = self.outlines.is_corner | self.put_back
         self._keep_points_of(self.keep != 0)
         self.dirty = np.ones(count, bool)
@@ -180,7 +190,10 @@ class _Ladder:
         """The facets of the input again, each with all its parts."""
         count = len(self.rung)
         deviation, unchanged = np.zeros(count), np.ones(count, np.uint8)
-        bound = np.where(self.unchanged != 0, 0.0, np.hypot(self.widths, self._drift()))
+        # What did not move in this pass, the pass before has bounded.
+        drift = self._drift(self.pieces.farthest >= 0)
+        bound = np.where(self.unchanged != 0, 0.0, np.hypot(self.widths, drift))
+        bound = np.maximum(bound, self._greatest_of_part(self._of_vanished(), self.pieces.chain))
         np.maximum.at(deviation, self.facet_of_part, bound)
         np.minimum.at(unchanged, self.facet_of_part, self.unchanged)
         below = (self.rung > Rung.SIMPLIFIED) & (self.rung < Rung.PASSED_ON)

@@ -102,6 +102,8 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
     assembled = climb(points, faces, halfedges, facets, within, frozen)
     before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
     light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, part, passed_on)
+    if welded.moved > 0:
+        light.faces = _at_their_points(mesh, light, welded, passed_on)
     moved = float(assembled.deviation.max(initial=0.0)) + welded.moved
     return Outcome(
         light=light,
@@ -126,6 +128,16 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
         healed=assembled.healed,
         reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
     )
+
+
+def _at_their_points(mesh: Mesh, light: Light, welded: _core.Welded, passed_on: NDArray[np.bool_]) -> Faces:
+    """Corners by rows that lie where the welded points are; parts that are passed on keep theirs."""
+    point = welded.point_of_row
+    there = np.flatnonzero((point >= 0) & (mesh.points == welded.points[point]).all(axis=1))
+    row_of_point = np.full(len(welded.points), -1, np.int32)
+    row_of_point[point[there[::-1]]] = there[::-1]
+    stays = passed_on[light.part_of_face][:, None]
+    return np.where(stays, light.faces, row_of_point[point[light.faces]])
 
 
 def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int) -> Counts:

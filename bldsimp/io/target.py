@@ -50,5 +50,6 @@ def replace_files(files: dict[Path, bytes]) -> None:
         raise OutputError(f"{where}: cannot be written: {error.strerror or error}") from None
     finally:
         for beside in temporary:
-            with contextlib.suppress(FileNotFoundError):
+            # A folder that takes no file may not let one go either; the error that led here says why.
+            with contextlib.suppress(OSError):
                 beside.unlink()
