@@ -18,9 +18,6 @@ from scipy.sparse.csgraph import connected_components
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-MOST_SAMPLES = 5000
-"""Of each kind (points, edges, faces): enough for every tiny shape to be sampled whole."""
-
 
 @dataclass(frozen=True)
 class Surface:
@@ -171,10 +168,13 @@ def blur(mesh: Surface) -> float:
 
 
 def samples(mesh: Surface, count: int, seed: int = 0) -> Array:
-    """Points, points on edges, centroids, and `count` points spread by area; of many, a random part."""
-    rng = np.random.default_rng(seed)
+    """Points, points on edges, centroids, and `count` points spread by area.
+
+    Of points, edges and faces not more than a random `2 * count` each: of tiny shapes that is all.
+    """
+    rng, most = np.random.default_rng(seed), 2 * count
     edges, _, _ = edges_with_counts(mesh.faces)
-    edges = edges[_some(len(edges), rng)]
+    edges = edges[_some(len(edges), most, rng)]
     a, b = mesh.points[edges[:, 0]], mesh.points[edges[:, 1]]
     along = [a + (b - a) * t for t in (0.5, 0.28, 0.79)]
     weight = np.linalg.norm(area_vectors(mesh), axis=1)
@@ -183,12 +183,13 @@ def samples(mesh: Surface, count: int, seed: int = 0) -> Array:
         p, q, r = mesh.corners[rng.choice(len(weight), count, p=weight / weight.sum())].transpose(1, 0, 2)
         u, v = np.sqrt(rng.random(count))[:, None], rng.random(count)[:, None]
         inside = p + (q - p) * (u * (1 - v)) + (r - p) * (u * v)
-    points, middles = mesh.points[_some(len(mesh.points), rng)], mesh.corners[_some(len(mesh.faces), rng)]
+    points = mesh.points[_some(len(mesh.points), most, rng)]
+    middles = mesh.corners[_some(len(mesh.faces), most, rng)]
     return np.concatenate([points, *along, middles.mean(axis=1), inside])
 
 
-def _some(count: int, rng: np.random.Generator) -> Ints:
-    return np.arange(count) if count <= MOST_SAMPLES else rng.choice(count, MOST_SAMPLES, replace=False)
+def _some(count: int, most: int, rng: np.random.Generator) -> Ints:
+    return np.arange(count) if count <= most else rng.choice(count, most, replace=False)
 
 
 def one_way(source: Surface, target: Surface, count: int = 2000) -> float:
@@ -207,7 +208,7 @@ def stray(source: Array, target: Array) -> float:
         return 0.0
     if not len(target):
         return float("inf")
-    source = source[_some(len(source), np.random.default_rng(0))]
+    source = source[_some(len(source), 2000, np.random.default_rng(0))]
     points = np.concatenate([source[:, 0] + (source[:, 1] - source[:, 0]) * t for t in (0, 0.25, 0.5, 0.75, 1)])
     return float(distance_to_triangles(points, Boxes(target[:, [0, 1, 1]])).max())
 
