@@ -23,8 +23,8 @@ from table import table
 from third_party import models_folder
 
 import bldsimp
+from bldsimp.assembled import Rung
 from bldsimp.io import SUFFIXES, read, write
-from bldsimp.ladder import Rung
 from bldsimp.options import parse_tolerance
 from bldsimp.tolerance import placed
 

@@ -8,72 +8,16 @@ then all faces of the facet; and again, until all fits.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .scene import Faces, Points
+from .assembled import Assembled, Cause, Rung
+from .scene import Faces, Flags, Indices, Points
 
 MOST_SPLITS = 8
 """How often faces around a trouble are cut off a facet before all of its faces stay."""
-
-Indices = NDArray[np.int32]
-Flags = NDArray[np.uint8]
-
-
-class Rung(IntEnum):
-    """How much of a facet had to stay."""
-
-    SIMPLIFIED = 0
-    POINTS_PUT_BACK = 1
-    SOME_FACES_KEPT = 2
-    OUTLINE_PUT_BACK = 3
-    FACES_KEPT = 4
-    PASSED_ON = 5
-
-
-class Cause(IntEnum):
-    """Why a facet stepped down; the first four are the kernel's outcomes."""
-
-    NONE = 0
-    UNCHANGED = 1
-    CROSSING = 2
-    MISMATCH = 3
-    CLASH = 4
-    MISFIT = 5
-
-
-@dataclass
-class Assembled:
-    """Facets put together again.
-
-    Attributes
-    ----------
-    triangles : (k, 3) int32
-    facet_of_triangle : (k,) int32
-    kept : (n,) uint8
-        Points that the result uses, or that no chain decided on.
-    rung, unchanged : (f,) uint8
-        `Rung` of each facet; whether its own faces stayed.
-    deviation : (f,) float64
-        Certified bound of each facet.
-    healed : int
-        Edges where two borders were laid on one another.
-    causes : Counter
-        Facets below the first rung, by `Cause`.
-    """
-
-    triangles: Faces
-    facet_of_triangle: Indices
-    kept: Flags
-    rung: Flags
-    unchanged: Flags
-    deviation: NDArray[np.float64]
-    healed: int
-    causes: Counter[Cause]
 
 
 def climb(
@@ -99,9 +43,9 @@ def climb(
     while ladder.reshaped():
         ladder = ladder.next_pass()
         again = ladder.climbed()
-        if _point_count(again) >= _point_count(done):
+        if again.point_count() >= done.point_count():
             break
-        done = _followed_by(done, again)
+        done = done.followed_by(again)
     return done
 
 
@@ -359,24 +303,6 @@ class _Ladder:
         of_part = np.zeros(len(self.facets.planes))
         np.maximum.at(of_part, self.use_part, of_chain[self._chain_of_use])
         return of_part
-
-
-def _point_count(assembled: Assembled) -> int:
-    return len(np.unique(assembled.triangles))
-
-
-def _followed_by(first: Assembled, second: Assembled) -> Assembled:
-    """What two passes did together, of which the second worked on the result of the first."""
-    return Assembled(
-        triangles=second.triangles,
-        facet_of_triangle=second.facet_of_triangle,
-        kept=second.kept,
-        rung=np.maximum(first.rung, second.rung),
-        unchanged=first.unchanged & second.unchanged,
-        deviation=np.maximum(first.deviation, second.deviation),
-        healed=first.healed + second.healed,
-        causes=first.causes | second.causes,
-    )
 
 
 def _starts(counts: NDArray[np.int64]) -> Indices:

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .ladder import Assembled, climb
+from .assembled import Assembled
+from .ladder import climb
 from .options import DEFAULTS, NEEDLE_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
-from .scene import Faces, Light, Mesh, Points
-
-Indices = NDArray[np.int32]
+from .scene import Faces, Indices, Light, Mesh, Points
 
 
 @dataclass

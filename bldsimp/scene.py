@@ -17,6 +17,8 @@ from .options import Options
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int32]
+Indices = NDArray[np.int32]
+Flags = NDArray[np.uint8]
 
 
 @dataclass

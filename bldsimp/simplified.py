@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .assembled import Rung
 from .errors import InputError
-from .ladder import Rung
 from .number_format import number_format
 from .options import Options, Tolerance
 from .pipeline import Outcome, simplify_mesh

@@ -111,10 +111,12 @@ Expansion<N + M> operator-(const Expansion<N>& e, const Expansion<M>& f) {
   return e + (-f);
 }
 
-template <int N>
-Expansion<2 * N> scaled(const Expansion<N>& e, double factor) {
-  Expansion<2 * N> result;
-  if (e.size == 0) return result;
+// Result must have room for twice e.size terms.
+template <int N, int R>
+void scale(const Expansion<N>& e, double factor, Expansion<R>& result) {
+  static_assert(R >= 2 * N);
+  result.size = 0;
+  if (e.size == 0) return;
   double rest;
   double sum = two_product(e.term[0], factor, rest);
   result.append(rest);
@@ -127,15 +129,17 @@ Expansion<2 * N> scaled(const Expansion<N>& e, double factor) {
     result.append(rest);
   }
   result.append(sum);
-  return result;
 }
 
 template <int N, int M>
 Expansion<2 * N * M> operator*(const Expansion<N>& e, const Expansion<M>& f) {
   Expansion<2 * N * M> result;
-  for (int j = 0; j < f.size; ++j) {
+  if (f.size > 0) scale(e, f.term[0], result);
+  for (int j = 1; j < f.size; ++j) {
     const Expansion<2 * N * M> before = result;
-    add(before, scaled(e, f.term[j]), result);
+    Expansion<2 * N> part;
+    scale(e, f.term[j], part);
+    add(before, part, result);
   }
   return result;
 }

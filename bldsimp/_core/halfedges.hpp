@@ -16,6 +16,13 @@ struct Halfedges {
   std::vector<Index> group_members;
   Index open_edges = 0;         // edges of one face
   Index nonmanifold_edges = 0;  // edges of more than two
+
+  // Calls visit(span of halfedges) for each group.
+  template <class Visit>
+  void for_groups(Visit visit) const {
+    for (std::size_t g = 0; g + 1 < group_start.size(); ++g)
+      visit(std::span<const Index>(group_members.data() + group_start[g], group_members.data() + group_start[g + 1]));
+  }
 };
 
 // Twins are the two opposite halfedges of an edge. Where more than two faces meet they are sought

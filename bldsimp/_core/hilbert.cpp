@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <numeric>
+#include <utility>
 
 namespace bldsimp {
 namespace {
@@ -134,22 +135,18 @@ void HilbertOrder::sort(std::span<const Point2> points, std::size_t begin, std::
   }
 }
 
-// Radix sort, three passes of 11 bits: stable, so that equal keys keep the lower index first.
+// Radix sort, four passes of eight bits: stable, so that equal keys keep the lower index first.
 void HilbertOrder::sort_by_key(std::size_t begin, std::size_t end) {
-  if (end - begin < 512) {
-    std::stable_sort(keyed_.begin() + begin, keyed_.begin() + end,
-                     [](const Keyed& a, const Keyed& b) { return a.key < b.key; });
-    return;
-  }
-  constexpr std::uint32_t digits = 2048;
-  for (int shift = 0; shift < 33; shift += 11) {
-    std::array<std::size_t, digits + 1> start{};
-    for (std::size_t i = begin; i < end; ++i) ++start[((keyed_[i].key >> shift) & (digits - 1)) + 1];
-    start[0] = begin;
-    for (std::size_t digit = 1; digit <= digits; ++digit) start[digit] += start[digit - 1];
+  constexpr std::uint32_t digits = 256;
+  std::array<std::array<std::uint32_t, digits>, 4> place{};
+  for (std::size_t i = begin; i < end; ++i)
+    for (int pass = 0; pass < 4; ++pass) ++place[pass][(keyed_[i].key >> 8 * pass) % digits];
+  for (int pass = 0; pass < 4; ++pass) {
+    std::uint32_t before = 0;
+    for (std::uint32_t& count : place[pass]) before += std::exchange(count, before);
     for (std::size_t i = begin; i < end; ++i)
-      spare_[start[(keyed_[i].key >> shift) & (digits - 1)]++] = keyed_[i];
-    std::copy(spare_.begin() + begin, spare_.begin() + end, keyed_.begin() + begin);
+      spare_[begin + place[pass][(keyed_[i].key >> 8 * pass) % digits]++] = keyed_[i];
+    keyed_.swap(spare_);
   }
 }
 

@@ -67,13 +67,6 @@ class Orienter {
   Vec3 area_vector(Index f) const { return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0)); }
   bool runs_forward(Index h) const { return (origin(faces_, h) < target(faces_, h)) != (turned_[h / 3] != 0); }
 
-  template <class Visit>
-  void for_groups(Visit visit) const {
-    for (std::size_t g = 0; g + 1 < halfedges_.group_start.size(); ++g)
-      visit(std::span<const Index>(halfedges_.group_members.data() + halfedges_.group_start[g],
-                                   halfedges_.group_members.data() + halfedges_.group_start[g + 1]));
-  }
-
   void join_components() {
     std::vector<Index> torn;  // faces whose component cannot be oriented
     for (Index h = 0; h < 3 * count(); ++h)
@@ -81,7 +74,7 @@ class Orienter {
     const auto join = [&](Index h, Index g) {
       if (!windings_.join(h / 3, g / 3, runs_forward(h) == runs_forward(g))) torn.push_back(h / 3);
     };
-    for_groups([&](std::span<const Index> edge) {
+    halfedges_.for_groups([&](std::span<const Index> edge) {
       if (edge.size() == 2)
         join(edge[0], edge[1]);
       else
@@ -122,7 +115,7 @@ class Orienter {
   void find_open_components() {
     std::vector<std::uint8_t> grouped(halfedges_.twin.size(), 0);
     std::vector<std::pair<Index, int>> balance;
-    for_groups([&](std::span<const Index> edge) {
+    halfedges_.for_groups([&](std::span<const Index> edge) {
       balance.clear();
       for (const Index h : edge) {
         grouped[h] = 1;

@@ -62,20 +62,13 @@ class Tracer {
     flags_.assign(halfedges_.twin.size(), 0);
     for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
       if (!inside_facet(h)) flags_[h] = outline;
-    for_groups([&](std::span<const Index> group) {
+    halfedges_.for_groups([&](std::span<const Index> group) {
       const bool inside = std::all_of(group.begin(), group.end(), [&](Index h) {
         return flags_[h] == 0 && outlines_.back[facet(h)] >= 0 &&
                (facet(h) == facet(group[0]) || facet(h) == outlines_.back[facet(group[0])]);
       });
       for (const Index h : group) flags_[h] = inside ? grouped : grouped | outline;
     });
-  }
-
-  template <class Visit>
-  void for_groups(Visit visit) const {
-    for (std::size_t g = 0; g + 1 < halfedges_.group_start.size(); ++g)
-      visit(std::span<const Index>(halfedges_.group_members.data() + halfedges_.group_start[g],
-                                   halfedges_.group_members.data() + halfedges_.group_start[g + 1]));
   }
 
   // Each outline edge once, from its lower to its upper end, with its uses.
@@ -93,7 +86,7 @@ class Tracer {
       const std::array<Index, 2> members{h, t};
       if (t < 0 || h < t) add_edge(std::span(members.data(), t < 0 ? 1 : 2));
     }
-    for_groups([&](std::span<const Index> group) {
+    halfedges_.for_groups([&](std::span<const Index> group) {
       if (flags_[group[0]] & outline) add_edge(group);
     });
     edges_at_start_.assign(points_ + 1, 0);
