@@ -88,16 +88,10 @@ def sheet(mesh: Surface) -> Surface:
     """The same without winding: a face and its back are one.
 
     Two faces back to back enclose a bubble, and a two-sided sheet has as many bubbles as triangles on a
-    side: what must stay of it is told by the sheet.
+    side: what must stay of it is told by the sheet. Where winding counts, a body thinner than the
+    tolerance may end as two faces back to back, which is closed as it was.
     """
     return Surface(mesh.points, np.unique(np.sort(mesh.faces, axis=1), axis=0))
-
-
-def pillows(mesh: Surface) -> int:
-    """Components of two faces back to back."""
-    backs = len(mesh.faces) > 0 and np.bincount(component_of_face(mesh.faces)[1]) == 2
-    alone = np.bincount(component_of_face(sheet(mesh).faces)[1]) == 1
-    return min(int(np.sum(backs)), int(alone.sum()))
 
 
 def rims_and_cycles(mesh: Surface) -> tuple[int, int]:
@@ -254,11 +248,6 @@ def broken(
     if not len(after.faces):
         return ["empty"] if area(before) > 0 else []
     found = _wrong_counts(topology(before), topology(after), healed)
-    # Without backs in the input winding counts: a body thinner than the tolerance may end as two faces
-    # back to back, which is closed as it was.
-    two_sided = len(sheet(before).faces) < len(before.faces)
-    left, right = (sheet(before), sheet(after)) if two_sided else (before, after)
-    found += _wrong_shape(topology(left), topology(right), healed, pillows(after) if two_sided else 0)
     if strangers(before, after):
         found.append(f"{strangers(before, after)} points that the input does not have")
     slack = blur(before)
@@ -271,8 +260,10 @@ def broken(
         found.append(f"printed bound {bound} above the tolerance {tolerance}")
     within = max(bound, slack)
     found += _wrong_edges("open", before, after, within, healed)
-    found += _wrong_edges("nonmanifold", left, right, within, healed)
-    return found
+    wrong = _wrong_shape(before, after, within, healed)
+    if wrong and len(sheet(before).faces) < len(before.faces):
+        wrong = _wrong_shape(sheet(before), sheet(after), within, healed)
+    return found + wrong
 
 
 def _wrong_counts(old: Topology, new: Topology, healed: int) -> list[str]:
@@ -288,14 +279,14 @@ def _wrong_counts(old: Topology, new: Topology, healed: int) -> list[str]:
     return found
 
 
-def _wrong_shape(old: Topology, new: Topology, healed: int, pillows: int) -> list[str]:
-    """A flat closed body may end as a pillow, whose sheet is no longer closed."""
-    found = []
-    if not -pillows <= new.euler - old.euler <= healed:
+def _wrong_shape(before: Surface, after: Surface, within: float, healed: int) -> list[str]:
+    old, new = topology(before), topology(after)
+    found = _wrong_edges("nonmanifold", before, after, within, healed)
+    if not 0 <= new.euler - old.euler <= healed:
         found.append(f"euler {old.euler} -> {new.euler}, healed {healed}")
     if new.nonmanifold_edges > 0 == old.nonmanifold_edges:
         found.append(f"fins: non-manifold edges {old.nonmanifold_edges} -> {new.nonmanifold_edges}")
-    if not healed and not pillows and (old.rims, old.rim_cycles) != (new.rims, new.rim_cycles):
+    if not healed and (old.rims, old.rim_cycles) != (new.rims, new.rim_cycles):
         found.append(f"rims {old.rims}, {old.rim_cycles} cycles -> {new.rims}, {new.rim_cycles} cycles")
     return found
 
