@@ -262,7 +262,8 @@ def broken(
     found += _wrong_edges("open", before, after, within, healed)
     wrong = _wrong_shape(before, after, within, healed)
     if wrong and len(sheet(before).faces) < len(before.faces):
-        wrong = _wrong_shape(sheet(before), sheet(after), within, healed)
+        # Of a sheet that is two-sided in places, and heals, neither count tells what must stay.
+        wrong = [] if healed else _wrong_shape(sheet(before), sheet(after), within, healed)
     return found + wrong
 
 
