@@ -129,9 +129,9 @@ class _Ladder:
         return np.maximum.reduceat(spent, start[:-1] - np.arange(chains))
 
     def _drift(self) -> NDArray[np.float64]:
-        """Greatest distance of each part's pieces to the outlines of the input."""
+        """How far each part's surface is from the input's within the plane."""
         chain = self.pieces.chain
-        return self._greatest_of_part(self.pieces.deviation + self.spent_of_chain[chain], chain)
+        return self.folds + self._greatest_of_part(self.pieces.deviation + self.spent_of_chain[chain], chain)
 
     def _begin(self) -> None:
         """Trace the outlines of the parts as they are now."""
@@ -141,9 +141,10 @@ class _Ladder:
         self.face_start, self.face_order = _core.group_faces(self.facets)
         planes = self.facets.planes
         self.widths = planes[:, 4] - planes[:, 3] if self.tolerance > 0 else np.zeros(count)
+        self.folds = planes[:, 5]
         self.spent_of_chain = self._spent_of_chain()
-        allowed = np.sqrt(np.maximum(self.tolerance**2 - self._greatest_of_chain(self.widths) ** 2, 0.0))
-        self.limit = np.maximum(allowed - self.spent_of_chain, 0.0)
+        allowed = np.sqrt(np.maximum(self.tolerance**2 - self.widths**2, 0.0)) - self.folds
+        self.limit = np.maximum(-self._greatest_of_chain(-allowed) - self.spent_of_chain, 0.0)
         self.must = self.outlines.is_corner | self.put_back
         self._keep_points_of(self.keep != 0)
         self.dirty = np.ones(count, bool)

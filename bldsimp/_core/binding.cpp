@@ -135,7 +135,7 @@ void bind_mesh(nb::module_& m) {
   def_view<double>(facets, "planes", &Facets::planes);
   facets.def(
       "__init__",
-      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 5>> planes) {
+      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 6>> planes) {
         const auto all = rows<Plane>(planes);
         new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}};
       },
@@ -143,12 +143,12 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "find_facets",
       [](Points3 points, Faces3 faces, const Halfedges& h, Indices label, std::tuple<double, double, double> origin,
-         double width, double needle) {
+         double width, double needle, double fold) {
         nb::gil_scoped_release release;
         const auto [x, y, z] = origin;
-        return find_facets(rows<Vec3>(points), rows<Face>(faces), h.twin, flat(label), {x, y, z}, {width, needle});
+        return find_facets(rows<Vec3>(points), rows<Face>(faces), h.twin, flat(label), {x, y, z}, {width, needle, fold});
       },
-      "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a);
+      "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a, "fold"_a);
 
   m.def(
       "group_faces",

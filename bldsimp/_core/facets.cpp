@@ -103,6 +103,35 @@ class FacetFinder {
     return f;
   }
 
+  double height(Index f) const {
+    const Index h = longest_halfedge(f);
+    return length(area_vector(f)) / length(points_[target(faces_, h)] - points_[origin(faces_, h)]);
+  }
+
+  // How far a needle reaches out of its host: each face on the way lies within its height of the next one's
+  // edge. Infinite where there is no host, or the host is not in the same set.
+  double fold_of(Index f) const {
+    constexpr double nowhere = std::numeric_limits<double>::infinity();
+    const Index base = host(f);
+    if (is_needle(base) || candidate_[base] != candidate_[f] || facet_of_face_[base] != facet_of_face_[f]) return nowhere;
+    return fold_from(f, base);
+  }
+
+  double fold_from(Index f, Index base) const {
+    double fold = 0;
+    for (Index at = f; at != base; at = twin_[longest_halfedge(at)] / 3) fold += height(at);
+    return fold;
+  }
+
+  // The greatest fold of the faces that are turned over in a plane: what they cover, others may not.
+  double greatest_fold(std::span<const Index> set, Vec3 normal) const {
+    if (normal == Vec3{0, 0, 0}) return 0;
+    double fold = 0;
+    for (const Index f : set)
+      if (is_needle(f) && dot(area_vector(f), normal) <= 0) fold = std::max(fold, fold_of(f));
+    return fold;
+  }
+
   // Whether all three points of g lie within the width of the plane of f, facing the same way.
   bool in_plane_of(Index f, Index g) const {
     const Vec3 n = area_vector(f), a = corner(f, 0);
@@ -174,8 +203,8 @@ class FacetFinder {
       for (std::size_t i = next++; i < roots.size(); i = next++) {
         slabs[i] = fit(set_of(roots[i]));
         // At zero tolerance exact coplanarity passes from face to face: the union needs no fit.
-        accepted[i] = limits_.width == 0 ||
-                      (slabs[i].width() <= limits_.width && all_face(set_of(roots[i]), slabs[i].normal));
+        accepted[i] = (limits_.width == 0 || slabs[i].width() <= limits_.width) &&
+                      all_face(set_of(roots[i]), slabs[i].normal);
       }
     };
     parallel_for(faces_.size(), test_sets);
@@ -236,14 +265,16 @@ class FacetFinder {
       for (int i = 0; i < 3; ++i) slab.add(height_in(slab.normal, corner(f, i)));
   }
 
+  // Whether no face is turned over in the plane, but for needles that stay close to the others.
   bool all_face(std::span<const Index> set, Vec3 normal) const {
     return std::all_of(set.begin(), set.end(),
-                       [&](Index f) { return is_needle(f) || dot(area_vector(f), normal) > 0; });
+                       [&](Index f) { return is_needle(f) || dot(area_vector(f), normal) > 0; }) &&
+           greatest_fold(set, normal) <= limits_.fold;
   }
 
   void add_facet(std::span<const Index> set, const Slab& slab) {
     for (const Index f : set) facet_of_face_[f] = static_cast<Index>(planes_.size());
-    planes_.push_back({slab.normal, slab.low, slab.high});
+    planes_.push_back({slab.normal, slab.low, slab.high, greatest_fold(set, slab.normal)});
   }
 
   // Grows facets inside a candidate that is not flat as a whole (a drifting or stepped surface), from
@@ -317,7 +348,7 @@ class FacetFinder {
       members[b].clear();
       for (const Index f : members[a]) facet_of_face_[f] = first + a;
       const Slab slab = fit(members[a]);
-      planes_[first + a] = {slab.normal, slab.low, slab.high};
+      planes_[first + a] = {slab.normal, slab.low, slab.high, greatest_fold(members[a], slab.normal)};
       beside[a].insert(beside[a].end(), beside[b].begin(), beside[b].end());
       for (const Index c : beside[b]) beside[c].push_back(a);
       tidy(a);
@@ -349,7 +380,7 @@ class FacetFinder {
       // A better plane may reach farther: sweep the region again until it stays as it is.
       if (fitted != region_.size()) refit(slab);
     }
-    planes_.push_back({slab.normal, slab.low, slab.high});
+    planes_.push_back({slab.normal, slab.low, slab.high, greatest_fold(region_, slab.normal)});
   }
 
   bool may_join(const Slab& slab, Index h, Index t) const {
@@ -357,9 +388,9 @@ class FacetFinder {
     if (candidate_[f] != candidate_[g]) return false;
     if (!fits(slab, g, limits_.width)) return false;
     if (!is_needle(g)) return dot(area_vector(g), slab.normal) > 0;
-    if (t == longest_halfedge(g)) return true;
+    if (dot(area_vector(g), slab.normal) > 0) return true;
     const Index base = host(g);
-    return fits(slab, base, limits_.width) && dot(area_vector(base), slab.normal) > 0;
+    return t == longest_halfedge(g) && facet_of_face_[base] == facet_of_face_[f] && fold_from(g, base) <= limits_.fold;
   }
 
   // Whether the slab stays narrow enough with the points of f.
