@@ -18,9 +18,6 @@ from scipy.sparse.csgraph import connected_components
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-MOST_SAMPLES = 5000
-"""Of each kind (points, edges, faces): enough for every tiny shape to be sampled whole."""
-
 
 @dataclass(frozen=True)
 class Surface:
@@ -91,16 +88,10 @@ def sheet(mesh: Surface) -> Surface:
     """The same without winding: a face and its back are one.
 
     Two faces back to back enclose a bubble, and a two-sided sheet has as many bubbles as triangles on a
-    side: what must stay of it is told by the sheet.
+    side: what must stay of it is told by the sheet. Where winding counts, a body thinner than the
+    tolerance may end as two faces back to back, which is closed as it was.
     """
     return Surface(mesh.points, np.unique(np.sort(mesh.faces, axis=1), axis=0))
-
-
-def pillows(mesh: Surface) -> int:
-    """Components of two faces back to back."""
-    backs = len(mesh.faces) > 0 and np.bincount(component_of_face(mesh.faces)[1]) == 2
-    alone = np.bincount(component_of_face(sheet(mesh).faces)[1]) == 1
-    return min(int(np.sum(backs)), int(alone.sum()))
 
 
 def rims_and_cycles(mesh: Surface) -> tuple[int, int]:
@@ -171,10 +162,13 @@ def blur(mesh: Surface) -> float:
 
 
 def samples(mesh: Surface, count: int, seed: int = 0) -> Array:
-    """Points, points on edges, centroids, and `count` points spread by area; of many, a random part."""
-    rng = np.random.default_rng(seed)
+    """Points, points on edges, centroids, and `count` points spread by area.
+
+    Of points, edges and faces not more than a random `2 * count` each: of tiny shapes that is all.
+    """
+    rng, most = np.random.default_rng(seed), 2 * count
     edges, _, _ = edges_with_counts(mesh.faces)
-    edges = edges[_some(len(edges), rng)]
+    edges = edges[_some(len(edges), most, rng)]
     a, b = mesh.points[edges[:, 0]], mesh.points[edges[:, 1]]
     along = [a + (b - a) * t for t in (0.5, 0.28, 0.79)]
     weight = np.linalg.norm(area_vectors(mesh), axis=1)
@@ -183,12 +177,13 @@ def samples(mesh: Surface, count: int, seed: int = 0) -> Array:
         p, q, r = mesh.corners[rng.choice(len(weight), count, p=weight / weight.sum())].transpose(1, 0, 2)
         u, v = np.sqrt(rng.random(count))[:, None], rng.random(count)[:, None]
         inside = p + (q - p) * (u * (1 - v)) + (r - p) * (u * v)
-    points, middles = mesh.points[_some(len(mesh.points), rng)], mesh.corners[_some(len(mesh.faces), rng)]
+    points = mesh.points[_some(len(mesh.points), most, rng)]
+    middles = mesh.corners[_some(len(mesh.faces), most, rng)]
     return np.concatenate([points, *along, middles.mean(axis=1), inside])
 
 
-def _some(count: int, rng: np.random.Generator) -> Ints:
-    return np.arange(count) if count <= MOST_SAMPLES else rng.choice(count, MOST_SAMPLES, replace=False)
+def _some(count: int, most: int, rng: np.random.Generator) -> Ints:
+    return np.arange(count) if count <= most else rng.choice(count, most, replace=False)
 
 
 def one_way(source: Surface, target: Surface, count: int = 2000) -> float:
@@ -207,7 +202,7 @@ def stray(source: Array, target: Array) -> float:
         return 0.0
     if not len(target):
         return float("inf")
-    source = source[_some(len(source), np.random.default_rng(0))]
+    source = source[_some(len(source), 2000, np.random.default_rng(0))]
     points = np.concatenate([source[:, 0] + (source[:, 1] - source[:, 0]) * t for t in (0, 0.25, 0.5, 0.75, 1)])
     return float(distance_to_triangles(points, Boxes(target[:, [0, 1, 1]])).max())
 
@@ -253,11 +248,6 @@ def broken(
     if not len(after.faces):
         return ["empty"] if area(before) > 0 else []
     found = _wrong_counts(topology(before), topology(after), healed)
-    # Without backs in the input winding counts: a body thinner than the tolerance may end as two faces
-    # back to back, which is closed as it was.
-    two_sided = len(sheet(before).faces) < len(before.faces)
-    left, right = (sheet(before), sheet(after)) if two_sided else (before, after)
-    found += _wrong_shape(topology(left), topology(right), healed, pillows(after) if two_sided else 0)
     if strangers(before, after):
         found.append(f"{strangers(before, after)} points that the input does not have")
     slack = blur(before)
@@ -270,8 +260,11 @@ def broken(
         found.append(f"printed bound {bound} above the tolerance {tolerance}")
     within = max(bound, slack)
     found += _wrong_edges("open", before, after, within, healed)
-    found += _wrong_edges("nonmanifold", left, right, within, healed)
-    return found
+    wrong = _wrong_shape(before, after, within, healed)
+    if wrong and len(sheet(before).faces) < len(before.faces):
+        # Of a sheet that is two-sided in places, and heals, neither count tells what must stay.
+        wrong = [] if healed else _wrong_shape(sheet(before), sheet(after), within, healed)
+    return found + wrong
 
 
 def _wrong_counts(old: Topology, new: Topology, healed: int) -> list[str]:
@@ -287,14 +280,14 @@ def _wrong_counts(old: Topology, new: Topology, healed: int) -> list[str]:
     return found
 
 
-def _wrong_shape(old: Topology, new: Topology, healed: int, pillows: int) -> list[str]:
-    """A flat closed body may end as a pillow, whose sheet is no longer closed."""
-    found = []
-    if not -pillows <= new.euler - old.euler <= healed:
+def _wrong_shape(before: Surface, after: Surface, within: float, healed: int) -> list[str]:
+    old, new = topology(before), topology(after)
+    found = _wrong_edges("nonmanifold", before, after, within, healed)
+    if not 0 <= new.euler - old.euler <= healed:
         found.append(f"euler {old.euler} -> {new.euler}, healed {healed}")
     if new.nonmanifold_edges > 0 == old.nonmanifold_edges:
         found.append(f"fins: non-manifold edges {old.nonmanifold_edges} -> {new.nonmanifold_edges}")
-    if not healed and not pillows and (old.rims, old.rim_cycles) != (new.rims, new.rim_cycles):
+    if not healed and (old.rims, old.rim_cycles) != (new.rims, new.rim_cycles):
         found.append(f"rims {old.rims}, {old.rim_cycles} cycles -> {new.rims}, {new.rim_cycles} cycles")
     return found
 

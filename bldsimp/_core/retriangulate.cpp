@@ -305,6 +305,36 @@ bool all_inner(std::span<const EdgeUse> uses) {
   return true;
 }
 
+// Pairs of triangles with the same corners and winding. All their edges are used twice the same way, so
+// only triangles between `crowded` points (a flag for each) are looked at.
+std::vector<std::array<Index, 2>> find_copies(std::span<const Face> triangles, std::span<const std::uint8_t> crowded) {
+  std::vector<std::pair<Face, Index>> candidates;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    Face face = triangles[t];
+    if (!crowded[face[0]] || !crowded[face[1]] || !crowded[face[2]]) continue;
+    std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
+    candidates.push_back({face, static_cast<Index>(t)});
+  }
+  std::sort(candidates.begin(), candidates.end());
+  std::vector<std::array<Index, 2>> copies;
+  for (std::size_t i = 1; i < candidates.size(); ++i)
+    if (candidates[i - 1].first == candidates[i].first)
+      copies.push_back({candidates[i - 1].second, candidates[i].second});
+  return copies;
+}
+
+std::size_t point_count_of(std::span<const Face> triangles) {
+  Index greatest = -1;
+  for (const Face& t : triangles) greatest = std::max({greatest, t[0], t[1], t[2]});
+  return static_cast<std::size_t>(greatest) + 1;
+}
+
+// Whether two uses of an edge run the same way.
+bool is_crowded(std::span<const EdgeUse> uses) {
+  const auto forward = std::count_if(uses.begin(), uses.end(), [](const EdgeUse& use) { return use.use.forward; });
+  return forward > 1 || std::ssize(uses) - forward > 1;
+}
+
 template <class Item>
 void sort_unique(std::vector<Item>& items) {
   std::sort(items.begin(), items.end());
@@ -331,6 +361,7 @@ std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<cons
   const auto blame = [&](Index facet, std::array<Index, 2> edge) {
     if (!keep[facet]) misfits.push_back({facet, edge[0], edge[1]});
   };
+  std::vector<std::uint8_t> crowded;
   std::size_t e = 0;
   const auto expected_uses = [&] {
     return std::span<const Use>(expected.uses.data() + expected.use_start[e],
@@ -346,6 +377,10 @@ std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<cons
     const std::span<const EdgeUse> found(uses.data() + from, uses.data() + to);
     const std::array<Index, 2> edge{uses[from].low, uses[from].high};
     from = to;
+    if (is_crowded(found)) {
+      if (crowded.empty()) crowded.assign(point_count_of(triangles), 0);
+      crowded[edge[0]] = crowded[edge[1]] = 1;
+    }
     skip_missing(edge);
     if (e < expected.edges.size() && expected.edges[e] == edge) {
       const auto wanted = expected_uses();
@@ -370,6 +405,13 @@ std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<cons
       if (!one_may_stay || use.use.facet != found[0].use.facet) blame(use.use.facet, edge);
   }
   skip_missing({std::numeric_limits<Index>::max(), 0});
+  if (!crowded.empty()) {
+    for (const auto& [first, second] : find_copies(triangles, crowded)) {
+      const Face& face = triangles[second];
+      const Index facet = facet_of_triangle[keep[facet_of_triangle[second]] ? first : second];
+      for (int i = 0; i < 3; ++i) blame(facet, {std::min(face[i], face[(i + 1) % 3]), std::max(face[i], face[(i + 1) % 3])});
+    }
+  }
   sort_unique(misfits);
   return misfits;
 }

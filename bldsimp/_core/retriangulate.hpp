@@ -51,7 +51,7 @@ struct FacetParts {
 Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep);
 
 // Piece edges must be used as `expected` tells, all others once each way by one facet, or by a facet and
-// its back (see Outlines). Facets in `keep` are never blamed. Sorted. O(n log n).
+// its back (see Outlines); no triangle may be there twice. Facets in `keep` are never blamed. Sorted. O(n log n).
 std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
                                  const PieceEdges& expected, std::span<const std::uint8_t> keep,
                                  std::span<const Index> back);
