@@ -95,9 +95,7 @@ def test_a_second_run_drops_next_to_nothing(name: str, models: Path) -> None:
 ROUGH = tuple(name for name in MODELS if name not in SLOW_WHEN_ROUGH)
 
 
-@pytest.mark.parametrize(
-    "name", not_yet(ROUGH, "city/derived_savenow_lod3_4018128.obj", "exact/hideba_bk.obj")
-)
+@pytest.mark.parametrize("name", ROUGH)
 def test_models_keep_every_promise_at_a_rough_tolerance(name: str, models: Path) -> None:
     judged(scene_of(models / name), Tolerance(1.0, "percent"))
 
