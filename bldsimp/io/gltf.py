@@ -30,6 +30,13 @@ _PACKED = {
 }
 
 
+ARRAYS = (
+    "accessors", "animations", "bufferViews", "buffers", "cameras", "images", "materials", "meshes", "nodes",
+    "samplers", "scenes", "skins", "textures",
+)  # fmt: skip
+"""Top-level arrays of objects."""
+
+
 @dataclass
 class Document:
     """A glTF file in memory.
@@ -51,6 +58,14 @@ class Document:
     chunks: list[tuple[int, bytes]]
     embedded: bool = False
 
+    def __post_init__(self) -> None:
+        for key in ARRAYS:
+            self.items(key)
+        for key in ("extensionsUsed", "extensionsRequired"):
+            names = self.json.get(key, [])
+            if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+                raise InputError(f"the glTF member '{key}' is not a list of names: the file is damaged")
+
     def items(self, key: str) -> list[dict[str, Any]]:
         """A top-level array, empty where the file has none."""
         found = self.json.get(key, [])
@@ -64,7 +79,7 @@ class Document:
         try:
             kind = np.dtype("<" + COMPONENTS[accessor["componentType"]])
             width, count = WIDTHS[accessor["type"]], int(accessor["count"])
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, OverflowError):
             raise InputError(f"glTF accessor {index} is not understood: the file is damaged") from None
         if count < 0:
             raise InputError(f"glTF accessor {index} has a negative count: the file is damaged")

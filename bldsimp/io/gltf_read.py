@@ -272,6 +272,13 @@ def _gpu_instances(document: Document, node: dict[str, Any]) -> list[NDArray[np.
 
 def local_transform(node: dict[str, Any]) -> NDArray[np.float64]:
     """A node's own 4 x 4 transform."""
+    transform = _stored_transform(node)
+    if not np.isfinite(transform).all():
+        raise InputError("a node of the glTF file has a transform that is not finite: the file is damaged")
+    return transform
+
+
+def _stored_transform(node: dict[str, Any]) -> NDArray[np.float64]:
     if "matrix" in node:
         matrix = np.array(node["matrix"], np.float64)
         if matrix.shape != (16,):
