@@ -184,7 +184,14 @@ void sort_faces(std::span<const Face> input, Welded& welded) {
   for (const Entry& entry : entries) {
     Face rows = input[entry.source];
     turn_least_first(face, rows, points);
-    if (!welded.faces.empty() && welded.faces.back() == face) continue;
+    if (!welded.faces.empty() && welded.faces.back() == face) {
+      // Of copies the one with the least rows stays, whatever the order of the faces.
+      if (rows < welded.rows.back()) {
+        welded.rows.back() = rows;
+        welded.source.back() = entry.source;
+      }
+      continue;
+    }
     welded.faces.push_back(face);
     welded.rows.push_back(rows);
     welded.source.push_back(entry.source);
