@@ -14,10 +14,9 @@ REST = "Python between the stages"
 PYTHON_STAGES = {
     (simplified, "_scene_of"): "check and cast the arrays",
     (simplified, "resolve_tolerance"): "resolve tolerance",
-    (simplified, "diagonal"): "diagonal, epsilon",
-    (simplified, "epsilon"): "diagonal, epsilon",
+    (simplified, "diagonal"): "diagonal",
     (simplified, "_tell"): "report",
-    (pipeline, "_orient"): "turn faces",
+    (pipeline, "_oriented"): "turn faces",
     (pipeline, "_frame"): "frame",
     (pipeline, "climb"): "ladder, in Python",
     (pipeline, "_in_rows"): "rows, in Python",
