@@ -1,0 +1,66 @@
+"""A surface in world space: what every method starts from, and what is measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..rows import distinct_rows
+from ..scene import Faces, Light, Points, Scene
+from ..tolerance import placed
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles over welded points.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        Model units, world space; distinct, each used by a face.
+    faces : (m, 3) int32
+        No face repeats a point, and none is there twice with the same winding.
+    """
+
+    points: Points
+    faces: Faces
+
+
+def surface_of(scene: Scene, lights: list[Light] | None = None) -> Surface:
+    """All instances of all meshes of a scene, or of what became of them, as one surface.
+
+    Parameters
+    ----------
+    scene : Scene
+    lights : list of Light, optional
+        One per mesh; without them the scene's own faces.
+    """
+    points, faces, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
+    for i, mesh in enumerate(scene.meshes):
+        corners = mesh.faces if lights is None else lights[i].faces
+        for transform in mesh.transforms:
+            still = np.array_equal(transform, np.eye(4))
+            points.append(mesh.points if still else placed(mesh.points, transform))
+            # A mirrored instance shows its faces the other way round.
+            turned = corners[:, ::-1] if np.linalg.det(transform[:3, :3]) < 0 else corners
+            faces.append(turned.astype(np.int64) + count)
+            count += len(mesh.points)
+    return welded(np.concatenate(points), np.concatenate(faces))
+
+
+def welded(points: Points, faces: Faces) -> Surface:
+    """A surface of points that are distinct and used, and of faces that are proper and distinct."""
+    used, compact = np.unique(faces, return_inverse=True)
+    first, position = distinct_rows(points[used])
+    corners = position[compact.reshape(-1)].reshape(-1, 3)
+    a, b, c = corners.T
+    corners = corners[(a != b) & (b != c) & (a != c)]
+    least = np.argmin(corners, axis=1)[:, None]
+    turned = np.take_along_axis(corners, (least + np.arange(3)) % 3, axis=1)
+    corners = corners[distinct_rows(turned)[0]]
+    left, compact = np.unique(corners, return_inverse=True)
+    return Surface(
+        np.ascontiguousarray(points[used][first][left]),
+        np.ascontiguousarray(compact.reshape(-1, 3), np.int32),
+    )
