@@ -68,7 +68,7 @@ class Outcome:
     turned: int = 0
     healed: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
-    statistics: Statistics = Statistics()
+    statistics: Statistics = field(default_factory=Statistics)
     layout: Layout | None = None
 
 
