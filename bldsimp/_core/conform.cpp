@@ -267,10 +267,6 @@ class Conformer {
     patch_[facet].clear();
     collect_segments(facet);
     if (own_points_[facet] == 0) own_points_[facet] = std::ssize(point_of_local_);
-    if (std::ssize(point_of_local_) > most_times * own_points_[facet]) {
-      how_[facet] = Conformity::stopped;
-      return;
-    }
     project(facet);
     TriangulateOptions options;
     options.lift = lift_.data();
@@ -282,6 +278,8 @@ class Conformer {
         if (is_behind(parts_.outlines, facet)) std::swap(b, c);
         patch_[facet].push_back({point_of_local_[a], point_of_local_[b], point_of_local_[c]});
       }
+    } else if (std::ssize(point_of_local_) > most_times * own_points_[facet]) {
+      how_[facet] = Conformity::stopped;
     } else if (segments_meet()) {
       how_[facet] = Conformity::crossing;
     } else {

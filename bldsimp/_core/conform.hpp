@@ -26,7 +26,7 @@ struct ConformParts {
 enum class Conformity : std::uint8_t {
   delaunay,  // unconstrained, every piece an edge
   kept,      // its faces stayed, or it has no plane or outline
-  stopped,   // it had more than `most_times` its points
+  stopped,   // it had more than `most_times` its points, and still a piece was no edge
   crossing,  // cutting made pieces cross or touch by rounding, or its own faces overlap
   clash,     // its triangles would lay an inner edge on another facet's
 };
