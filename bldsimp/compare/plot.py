@@ -146,7 +146,7 @@ def chart(comparisons: Sequence[Comparison]) -> Figure:
     words = "\n".join(textwrap.fill(text, width) for text in remarks(comparisons))
     legend_columns = min(len(lines), 1 + columns)
     legend_rows = -(-len(lines) // legend_columns) if lines else 0
-    below = 0.2 + 0.19 * legend_rows + 0.13 * len(words.splitlines())
+    below = 0.25 + 0.19 * legend_rows + 0.13 * len(words.splitlines())
     height = rows * PANEL[1] + below
     layout = ConstrainedLayoutEngine(rect=(0.0, below / height, 1.0, 1.0 - below / height))
     figure = Figure(figsize=(columns * PANEL[0], height), layout=layout)
