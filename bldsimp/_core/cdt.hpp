@@ -137,7 +137,8 @@ class Triangulator {
   // constrain.cpp: step 5
   bool constrain(std::span<const Segment> segments, const TriangulateOptions& options);
   void collect_pending(std::span<const Segment> segments);
-  Index realise(Pending segment, Index& crossed);
+  Pending realise(Pending segment, Index& crossed);
+  Index edge_between(Index a, Index b, bool& fewer_at_b) const;
   Index enter(Index a, Index b, Index& edge) const;
   Index find_influence_domain(Pending segment, Index entered, Index& crossed);
   Index swap_diagonals();

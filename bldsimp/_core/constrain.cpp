@@ -27,16 +27,16 @@ bool Triangulator::constrain(std::span<const Segment> segments, const Triangulat
   while (!pending_.empty()) {
     const Pending segment = pending_.back();
     pending_.pop_back();
-    Index from = segment.a;
+    Pending left = segment;
     Index crossed = -1;
-    while (from != segment.b && crossed < 0) from = realise({from, segment.b, segment.use}, crossed);
+    while (left.a != left.b && crossed < 0) left = realise(left, crossed);
     if (crossed < 0) continue;
     if (!options.split_crossings) {
       const Index other = use_[net_.mark(crossed)].segment;
       crossing_ = {std::min(use_[segment.use].segment, other), std::max(use_[segment.use].segment, other)};
       return false;
     }
-    split_crossing({from, segment.b, segment.use}, crossed);
+    split_crossing(left, crossed);
   }
   return true;
 }
@@ -58,15 +58,17 @@ void Triangulator::collect_pending(std::span<const Segment> segments) {
   });
 }
 
-// Makes an edge of the segment's piece from `segment.a` to the first point on it, and returns that
-// point; where a constraint is in the way, `crossed` names its halfedge and nothing has changed.
-Index Triangulator::realise(Pending segment, Index& crossed) {
-  Index edge = -1;
+// Makes an edge of one end's piece of the segment, up to the first point on it, and returns what is left of
+// the segment; where a constraint is in the way, `crossed` names its halfedge and nothing has changed.
+Triangulator::Pending Triangulator::realise(Pending segment, Index& crossed) {
+  bool fewer_at_b = false;
+  Index edge = edge_between(segment.a, segment.b, fewer_at_b);
+  if (fewer_at_b) std::swap(segment.a, segment.b);
   Index reached = -1;
-  const Index entered = enter(segment.a, segment.b, edge);
+  const Index entered = edge >= 0 ? -1 : enter(segment.a, segment.b, edge);
   if (entered >= 0) {
     reached = find_influence_domain(segment, entered, crossed);
-    if (crossed >= 0) return segment.a;
+    if (crossed >= 0) return segment;
     edge = swap_diagonals();
   } else {
     reached = net_.target(edge);
@@ -78,19 +80,28 @@ Index Triangulator::realise(Pending segment, Index& crossed) {
   }
   net_.set_mark(edge, uses);
   if (entered >= 0) restore_delaunay();
-  return reached;
+  return {reached, segment.b, segment.use};
+}
+
+// The halfedge from a to b, or -1. Most segments of a ring are edges already, so b itself is sought first,
+// without any predicate. Both fans are searched in turns: where many segments meet in a point, the smaller
+// fan is found to be small. (Over all edges of a planar graph the smaller degrees add up to O(n).)
+Index Triangulator::edge_between(Index a, Index b, bool& fewer_at_b) const {
+  const Index from_a = net_.leaving(a), from_b = net_.leaving(b);
+  for (Index h = from_a, g = from_b;;) {
+    if (net_.target(h) == b) return h;
+    if (net_.target(g) == a) return net_.twin(g);
+    h = net_.twin(Net::prev(h));
+    g = net_.twin(Net::prev(g));
+    fewer_at_b = g == from_b && h != from_a;
+    if (h == from_a || g == from_b) return -1;
+  }
 }
 
 // Looks around a for the way to b: the halfedge that a-b crosses first, or -1 and in `edge` the
-// one from a that lies on a-b. Most segments of a ring are edges already, so b itself is sought
-// first, without any predicate.
+// one from a that lies on a-b.
 Index Triangulator::enter(Index a, Index b, Index& edge) const {
   const Index first = net_.leaving(a);
-  edge = first;
-  do {
-    if (net_.target(edge) == b) return -1;
-    edge = net_.twin(Net::prev(edge));
-  } while (edge != first);
   Index h = first;
   do {
     const Index u = net_.target(h), w = net_.apex(h);
