@@ -315,7 +315,7 @@ def bumpy_outline(count: int) -> Solid:
     """A flat band that bends ever more: thinning cuts its chains at their ends."""
     t = np.arange(count // 2 + 1.0) / count
     lower = np.stack([t, t**8], 1)
-    outline = np.concatenate([lower, lower[::-1] + [0, 1.0]])
+    outline = np.concatenate([lower, lower[::-1] + np.array([0, 1.0])])
     return flat(outline, ring(len(outline)))
 
 
