@@ -42,6 +42,8 @@ class Outcome:
         Faces dropped since they repeat a point, or copy another face.
     turned, healed : int
         Faces whose winding was turned; T-junctions that closed.
+    touching : int
+        Points that stay only since sheets meet there inside of facets.
     reasons : dict of str to int
         Why facets stand below the first rung.
     """
@@ -62,6 +64,7 @@ class Outcome:
     duplicate: int = 0
     turned: int = 0
     healed: int = 0
+    touching: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
 
 
@@ -126,6 +129,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
         duplicate=welded.duplicate,
         turned=turned,
         healed=assembled.healed,
+        touching=assembled.touching,
         reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
     )
 

@@ -127,6 +127,14 @@ def test_a_comb_keeps_its_corners_and_no_more() -> None:
     assert broken(case) == []
 
 
+def test_points_that_stay_where_sheets_meet_are_told() -> None:
+    """The two sides of a party wall, cut along different diagonals, share points and some edges."""
+    case = simplified(solids.subdivided(solids.rooms_back_to_back()))
+    assert case.report.touching == case.report.after.points - 12 == 5
+    one_wall = simplified(solids.subdivided(solids.wall_between_two_rooms()))
+    assert one_wall.report.touching == one_wall.report.after.points - 12 == 0
+
+
 def test_many_sheets_round_one_edge_keep_their_points() -> None:
     angle = np.linspace(0.0, 6.0, 90)
     rim = np.stack([np.cos(angle), np.sin(angle), np.full(90, 0.5)], axis=1)
