@@ -13,7 +13,7 @@ from .assembled import Assembled
 from .ladder import climb
 from .options import DEFAULTS, NEEDLE_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
-from .scene import Faces, Indices, Light, Mesh, Points
+from .scene import LARGEST_COORDINATE, Faces, Indices, Light, Mesh, Points
 
 
 @dataclass
@@ -92,7 +92,9 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
     pinned = passed_on[part]
 
     origin, diagonal, slack = _frame(mesh.box)
-    within = tolerance - slack - welded.moved if tolerance > 2 * slack + welded.moved else 0.0
+    # Squares of it must not leave the range of double precision.
+    within = min(tolerance - slack - welded.moved, 1e3 * LARGEST_COORDINATE)
+    within = within if tolerance > 2 * slack + welded.moved else 0.0
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
     faces, rows, halfedges, turned = _oriented(welded, pinned, width)
     label = np.where(pinned, np.int32(-1), part)

@@ -14,7 +14,7 @@ import click
 
 from .. import __version__
 from ..errors import InputError, OutputError, UsageError
-from ..options import Options, parse_length, parse_tolerance
+from ..options import NORMALS, Options, parse_length, parse_tolerance
 from .paths import Endpoint, check_output, endpoint_in, endpoint_out
 from .signals import unwind
 
@@ -56,7 +56,7 @@ def bldsimp() -> None:
 )
 @click.option(
     "--normals",
-    type=click.Choice(["auto", "flat", "smooth", "none"]),
+    type=click.Choice(NORMALS),
     default="auto",
     help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own."
     "  [default: auto]",
