@@ -95,7 +95,8 @@ def test_a_glb_is_closed_as_it_is_written(tmp_path: Path, textured: bool) -> Non
 def test_corners_that_stay_keep_their_own_rows() -> None:
     # Each face of a fine box has rows of its own, as a flat-shaded file has; one far point makes a weld.
     points, faces = fine_box()
-    side = np.argmax(np.abs(points[faces].mean(axis=1) - 1.0), axis=1) * 2 + (points[faces].mean(axis=1).max(axis=1) > 1.9)
+    middle = points[faces].mean(axis=1)
+    side = np.argmax(np.abs(middle - 1.0), axis=1) * 2 + (middle.max(axis=1) > 1.9)
     rows = points[faces].reshape(-1, 3)
     own = np.arange(len(rows), dtype=np.int32).reshape(-1, 3)
     rows[own[0, 0]] += 1e-3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import sys
@@ -163,8 +164,9 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
     written = write(scene, lights, target, write_to.format, options, overwrite=wishes.overwrite)
     report.rounding = written.rounding
     report.deviation += written.rounding
-    report.after.bytes = written.bytes
-    report.after.vertices = written.vertices
+    report.after = dataclasses.replace(
+        written.after or report.after, bytes=written.bytes, vertices=written.vertices
+    )
     report.warnings += written.warnings
     report.seconds = time.perf_counter() - start
     if wishes.report == "-":
