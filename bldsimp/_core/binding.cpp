@@ -85,6 +85,7 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(welded, "faces", &Welded::faces);
   def_view<Index>(welded, "rows", &Welded::rows);
   def_view<Index>(welded, "source", &Welded::source);
+  def_view<Index>(welded, "class_of_row", &Welded::class_of_row);
   welded.def_ro("degenerate", &Welded::degenerate)
       .def_ro("duplicate", &Welded::duplicate)
       .def_ro("moved", &Welded::moved);
