@@ -70,6 +70,7 @@ class _Ladder:
         self.splits = np.zeros(count, np.uint8)
         self.facet_of_part = np.arange(count, dtype=np.int32)
         self.keep = pinned.copy()  # parts whose faces stay
+        self.folded = np.zeros(count)  # how far needles of each facet may reach out of it from the pass before
         self.put_back = np.zeros(len(points), np.uint8)
         # How far edges (as keys, sorted) already are from the outlines of the input.
         self.spent_edges, self.spent = np.empty(0, np.int64), np.empty(0)
@@ -97,6 +98,7 @@ class _Ladder:
         halfedges = _core.pair_halfedges(self.points, faces, faces.reshape(-1), self.tolerance)
         facets = _core.Facets(facet_of_face, self.planes)
         after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned)
+        np.maximum.at(after.folded, self.facet_of_part, self.folds + self.reach)
         after.spent_edges, after.spent, after.vanished = self._spent_on_edges()
         after._begin()
         return after
@@ -139,7 +141,7 @@ class _Ladder:
         """How far each part's surface is from the input's within the plane, where pieces moved."""
         chain = self.pieces.chain
         distance = np.where(moved, self.pieces.deviation + self.spent_of_chain[chain], 0.0)
-        return self.folds + self._greatest_of_part(distance, chain)
+        return self.folds + np.maximum(self.reach, self._greatest_of_part(distance, chain))
 
     def _begin(self) -> None:
         """Trace the outlines of the parts as they are now."""
@@ -149,11 +151,13 @@ class _Ladder:
         self.face_start, self.face_order = _core.group_faces(self.facets)
         planes = self.facets.planes
         self.widths = planes[:, 4] - planes[:, 3] if self.tolerance > 0 else np.zeros(count)
-        self.folds = planes[:, 5]
+        self.folds = self.folded[self.facet_of_part]
+        self.reach = np.zeros(count)
         self.spent_of_chain = self._greatest_on_chain(self.spent)
         self.vanished_of_chain = self._greatest_on_chain(self.vanished)
-        allowed = np.sqrt(np.maximum(self.tolerance**2 - self.widths**2, 0.0)) - self.folds
-        left = -self._greatest_of_chain(-allowed) - self.spent_of_chain
+        left_by_width = np.sqrt(np.maximum(self.tolerance**2 - self.widths**2, 0.0))
+        self.allowed = np.maximum(left_by_width - self.folds, 0.0)
+        left = -self._greatest_of_chain(-self.allowed) - self.spent_of_chain
         self.limit = np.maximum(np.minimum(left, self.tolerance - self.vanished_of_chain), 0.0)
         self.must = self.outlines.is_corner | self.put_back
         self._keep_points_of(self.keep != 0)
@@ -220,10 +224,11 @@ class _Ladder:
         wanted = np.flatnonzero(self.dirty).astype(np.int32)
         patches = _core.retriangulate(
             self.points, self.faces, self.face_start, self.face_order, self.facets, self.outlines,
-            self.pieces, self.kept, wanted, self.keep,
+            self.pieces, self.kept, self.allowed, wanted, self.keep,
         )  # fmt: skip
         outcomes = patches.outcomes
         self.unchanged[wanted] = outcomes == Cause.UNCHANGED
+        self.reach[wanted] = patches.reach
         old = ~self.dirty[self.part_of_triangle]
         self.triangles = np.concatenate([self.triangles[old], patches.triangles])
         self.part_of_triangle = np.concatenate([self.part_of_triangle[old], patches.facet_of_triangle])

@@ -136,7 +136,7 @@ void bind_mesh(nb::module_& m) {
   def_view<double>(facets, "planes", &Facets::planes);
   facets.def(
       "__init__",
-      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 6>> planes) {
+      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 5>> planes) {
         const auto all = rows<Plane>(planes);
         new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}};
       },
@@ -238,19 +238,20 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(patches, "triangles", &Patches::triangles);
   def_view<Index>(patches, "facet_of_triangle", &Patches::facet_of_triangle);
   def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
+  def_view<double>(patches, "reach", &Patches::reach);
   def_view<Index>(patches, "put_back", &Patches::put_back);
   def_view<Index>(patches, "trouble", &Patches::trouble);
   m.def(
       "retriangulate",
       [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
-         const std::vector<Piece>& all, Bytes kept, Indices wanted, Bytes keep) {
+         const std::vector<Piece>& all, Bytes kept, Doubles reach, Indices wanted, Bytes keep) {
         nb::gil_scoped_release release;
         const FacetParts parts{rows<Vec3>(points), rows<Face>(faces), flat(face_start), flat(face_order),
-                               f.planes, o, all, flat(kept)};
+                               f.planes, o, all, flat(kept), flat(reach)};
         return retriangulate(parts, flat(wanted), flat(keep));
       },
       "points"_a, "faces"_a, "face_start"_a, "face_order"_a, "facets"_a, "outlines"_a, "pieces"_a, "kept"_a,
-      "wanted"_a, "keep"_a);
+      "reach"_a, "wanted"_a, "keep"_a);
   m.def(
       "find_misfits",
       [](Faces3 triangles, Indices facet_of_triangle, const PieceEdges& expected, Bytes keep, const Outlines& o) {

@@ -53,12 +53,12 @@ class Tree {
     return best;
   }
 
- private:
   double to_face(Vec3 p, std::size_t face) const {
     const auto [a, b, c] = faces_[face];
     return face_distance(p, points_[a], points_[b], points_[c]);
   }
 
+ private:
   Vec3 middle(std::size_t face) const {
     const auto [a, b, c] = faces_[face];
     return points_[a] + points_[b] + points_[c];
@@ -117,7 +117,57 @@ class Tree {
   std::vector<std::size_t> second_;  // the second child; the first follows its parent
 };
 
+using Corners = std::array<Vec3, 3>;
+
+// Halves of one face: far more than any but a made-up case needs. What is left then counts as it is.
+constexpr int kMostHalves = 10000;
+
+// Along an edge between two of `faces` no part of a face that lies over both is nearer to one than its height.
+double height(const Corners& face) {
+  const auto& [a, b, c] = face;
+  const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+  return longest > 0 ? length(cross(b - a, c - a)) / longest : 0;
+}
+
+// The distance to one of `faces` is greatest at a corner; a face whose corners do not tell enough is halved.
+double reach_of_face(const Tree& tree, const Corners& face, double enough, double precision) {
+  std::size_t nearest = 0;
+  int halves = 0;
+  double bound = 0, least = 0;  // of the greatest distance
+  std::vector<Corners> left{face};
+  while (!left.empty()) {
+    const Corners now = left.back();
+    const auto& [a, b, c] = now;
+    left.pop_back();
+    const Vec3 middle = (1.0 / 3) * (a + b + c);
+    const double distance = tree.distance(middle, nearest);
+    least = std::max(least, distance);
+    const double most = std::max({tree.to_face(a, nearest), tree.to_face(b, nearest), tree.to_face(c, nearest)});
+    if (most <= std::max(enough, least + precision) || ++halves > kMostHalves) {
+      bound = std::max(bound, most);
+      continue;
+    }
+    const std::array<double, 3> sides{length(b - a), length(c - b), length(a - c)};
+    const std::size_t i = std::max_element(sides.begin(), sides.end()) - sides.begin();
+    const Vec3 p = now[i], q = now[(i + 1) % 3], r = now[(i + 2) % 3], half = 0.5 * (p + q);
+    left.push_back({p, half, r});
+    left.push_back({half, q, r});
+  }
+  return bound;
+}
+
 }  // namespace
+
+std::vector<double> reach_of(std::span<const Vec3> corners, std::span<const Vec3> points, std::span<const Face> faces,
+                             double enough, double precision) {
+  const Tree tree(points, faces);
+  std::vector<double> reach;
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    const Corners face{corners[i], corners[i + 1], corners[i + 2]};
+    reach.push_back(reach_of_face(tree, face, std::max(enough, height(face)), precision));
+  }
+  return reach;
+}
 
 double farthest(std::span<const Vec3> queries, std::span<const Vec3> points, std::span<const Face> faces,
                 double limit) {
