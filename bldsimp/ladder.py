@@ -185,7 +185,7 @@ class _Ladder:
             self._put_back(self.edges.clashing)
             self._note(self._parts_of_points(self.edges.clashing), Rung.POINTS_PUT_BACK, Cause.CLASH)
             return False
-        fits = self._retriangulate() and self._fits_together()
+        fits = self._retriangulate() and self._fits_together() and self._hangs_together()
         if self.cut:
             self._split()
         return fits
@@ -250,6 +250,28 @@ class _Ladder:
             self._step_down(part, Cause.MISFIT, ends[:0], np.stack([ends, ends], axis=1))
         return len(misfits) == 0
 
+    def _hangs_together(self) -> bool:
+        """Whether no component came apart where a strip closed; strips that held it together step down."""
+        if self.edges.healed == 0:
+            return True
+        count = len(self.keep)
+        before = np.zeros(count, np.int32)
+        before[self.facets.facet_of_face] = _core.find_components(self.faces, len(self.points))
+        after = _core.find_components(self.triangles, len(self.points))
+        pairs = np.unique(np.stack([self.part_of_triangle, after], axis=1), axis=0)
+        of_component = np.unique(np.stack([before[pairs[:, 0]], pairs[:, 1]], axis=1), axis=0)[:, 0]
+        parted = of_component[1:][of_component[1:] == of_component[:-1]]
+        if len(parted) == 0:
+            return True
+        suspects = np.isin(before, parted) & (self.keep == 0)
+        # A strip has vanished, or parted itself where it was narrow.
+        strips = suspects & (np.bincount(pairs[:, 0], minlength=count) != 1)
+        chain, farthest = self.pieces.chain[self.edges.healed_pieces], self.pieces.farthest[self.edges.healed_pieces]
+        for part in np.flatnonzero(strips if strips.any() else suspects).astype(np.int32):
+            culprits = np.unique(farthest[np.isin(chain, self._chains_of(part)) & (farthest >= 0)])
+            self._step_down(part, Cause.MISFIT, culprits, np.empty((0, 2), np.int32))
+        return False
+
     def _step_down(self, part: np.int32, cause: Cause, culprits: Indices, trouble: Indices) -> None:
         """Keep more of a part: the least that may help and was not tried yet."""
         culprits = culprits[self.kept[culprits] == 0]
@@ -302,11 +324,13 @@ class _Ladder:
         chain[self._chain_of_position[marked[self.outlines.chain_points]]] = True
         return np.unique(self.use_part[chain[self._chain_of_use]])
 
+    def _chains_of(self, part: np.int32) -> Indices:
+        return self._chain_of_sorted_use[self._use_start[part] : self._use_start[part + 1]]
+
     def _chain_points_of(self, part: np.int32) -> Indices:
         """Points of all chains of a part."""
-        low, high = self._use_start[part], self._use_start[part + 1]
         start = self.outlines.chain_start
-        runs = [self.outlines.chain_points[start[c] : start[c + 1]] for c in self._chain_of_sorted_use[low:high]]
+        runs = [self.outlines.chain_points[start[c] : start[c + 1]] for c in self._chains_of(part)]
         return np.unique(np.concatenate(runs)) if runs else np.empty(0, np.int32)
 
     def _greatest_of_chain(self, of_part: NDArray[np.float64]) -> NDArray[np.float64]:

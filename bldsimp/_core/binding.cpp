@@ -112,6 +112,17 @@ void bind_mesh(nb::module_& m) {
       },
       "faces"_a, "point_count"_a);
   m.def(
+      "find_components",
+      [](Faces3 faces, Index point_count) {
+        std::vector<Index> component;
+        {
+          nb::gil_scoped_release release;
+          component = find_components(rows<Face>(faces), point_count);
+        }
+        return give<Index>(std::move(component));
+      },
+      "faces"_a, "point_count"_a);
+  m.def(
       "pair_halfedges",
       [](Points3 points, Faces3 faces, Indices row_of_corner, double width) {
         nb::gil_scoped_release release;
@@ -225,6 +236,7 @@ void bind_mesh(nb::module_& m) {
   nb::class_<PieceEdges> edges(m, "PieceEdges");
   def_view<Index>(edges, "edges", &PieceEdges::edges);
   def_view<Index>(edges, "clashing", &PieceEdges::clashing);
+  def_view<Index>(edges, "healed_pieces", &PieceEdges::healed_pieces);
   edges.def_ro("healed", &PieceEdges::healed);
   m.def(
       "merge_pieces",

@@ -15,24 +15,6 @@
 namespace bldsimp {
 namespace {
 
-// Sets of faces, joined; the root is the least face, so that the result knows no order.
-class FaceSets {
- public:
-  explicit FaceSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-  Index find(Index f) {
-    while (parent_[f] != f) f = parent_[f] = parent_[parent_[f]];
-    return f;
-  }
-  void join(Index f, Index g) {
-    f = find(f);
-    g = find(g);
-    parent_[std::max(f, g)] = std::min(f, g);
-  }
-
- private:
-  std::vector<Index> parent_;
-};
-
 // The slab between two parallel planes that holds some points.
 struct Slab {
   Vec3 normal{0, 0, 0};
