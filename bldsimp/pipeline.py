@@ -42,6 +42,8 @@ class Outcome:
         Faces dropped since they repeat a point, or copy another face.
     turned, healed : int
         Faces whose winding was turned; T-junctions that closed.
+    touching : int
+        Points that stay only since sheets meet there inside of facets.
     reasons : dict of str to int
         Why facets stand below the first rung.
     """
@@ -62,6 +64,7 @@ class Outcome:
     duplicate: int = 0
     turned: int = 0
     healed: int = 0
+    touching: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
 
 
@@ -127,6 +130,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
         duplicate=welded.duplicate,
         turned=turned,
         healed=assembled.healed,
+        touching=assembled.touching,
         reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
     )
 
@@ -202,14 +206,20 @@ def _oriented(
 ) -> tuple[Faces, Faces, _core.Halfedges, int]:
     """Faces, their rows and halfedges with consistent, outward winding, and how many faces that turned."""
     points, faces, rows = welded.points, welded.faces, welded.rows
-    halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
-    turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
+    shared = _classes(welded, rows)
+    halfedges = _core.pair_halfedges(points, faces, shared.reshape(-1), width)
+    turned = _core.find_turned(points, faces, halfedges, shared, pinned.astype(np.uint8))
     if len(turned):
         faces, rows = faces.copy(), rows.copy()
         for corners in (faces, rows):
             corners[turned] = corners[turned][:, [0, 2, 1]]
-        halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
+        halfedges = _core.pair_halfedges(points, faces, _classes(welded, rows).reshape(-1), width)
     return faces, rows, halfedges, len(turned)
+
+
+def _classes(welded: _core.Welded, rows: Faces) -> Faces:
+    """One number for rows that count as one, since copies of a face use them for the same corner."""
+    return welded.class_of_row[rows] if welded.duplicate else rows
 
 
 def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:

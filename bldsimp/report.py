@@ -84,6 +84,8 @@ class Report:
         Why facets stand below the first rung.
     healed : int
         T-junctions that closed.
+    touching : int
+        Points that stay only since sheets meet there inside of facets.
     turned : int
         Faces whose winding was turned.
     degenerate, duplicate : int
@@ -107,6 +109,7 @@ class Report:
     rungs: dict[str, int] = field(default_factory=dict)
     reasons: dict[str, int] = field(default_factory=dict)
     healed: int = 0
+    touching: int = 0
     turned: int = 0
     degenerate: int = 0
     duplicate: int = 0
@@ -188,6 +191,7 @@ def _facets(report: Report) -> str:
     if reasons:
         text += f"; kept because: {reasons}"
     extra = [f"{report.healed:,} T-junctions healed"] if report.healed else []
+    extra += [f"{report.touching:,} points kept where sheets meet"] if report.touching else []
     extra += [f"{report.turned:,} faces turned"] if report.turned else []
     extra += [f"{report.degenerate:,} faces that repeat a point left out"] if report.degenerate else []
     extra += [f"{report.duplicate:,} copies of faces left out"] if report.duplicate else []

@@ -189,6 +189,7 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
         report.rungs[name] = report.rungs.get(name, 0) + int(rungs[rung])
     report.reasons = dict(Counter(report.reasons) + Counter(outcome.reasons))
     report.healed += outcome.healed
+    report.touching += outcome.touching
     report.turned += outcome.turned
     report.degenerate += outcome.degenerate
     report.duplicate += outcome.duplicate

@@ -27,12 +27,16 @@ struct Halfedges {
 
 // Twins are the two opposite halfedges of an edge. Where more than two faces meet they are sought
 // among those that share the file's own rows, then among those whose faces lie in one plane within
-// `width` and face the same way; what is not unique stays without a twin.
+// `width` and face the same way; what is not unique stays without a twin, and so does, of an edge at
+// which very many faces meet, what shares no rows.
 // `row_of_corner` has the file's row of each corner of `faces`. O(halfedges).
 Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces,
                          std::span<const Index> row_of_corner, double width);
 
 // Edges of one face, and edges of more than two. O(faces).
 std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count);
+
+// The component of each face: its least face. Faces hang together by edges. Nearly linear.
+std::vector<Index> find_components(std::span<const Face> faces, Index point_count);
 
 }  // namespace bldsimp
