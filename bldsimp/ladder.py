@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .assembled import Assembled, Cause, Layout, Rung
+from .options import LEAST_GAIN
 from .scene import Faces, Flags, Indices, Points
 from .triangulation import Statistics
 
@@ -37,7 +38,14 @@ def climb(
     pinned : (f,) uint8
         Facets whose faces must stay.
     """
-    ladder = _Ladder(points, faces, halfedges, facets, tolerance, pinned)
+    done = _in_passes(_Ladder(points, faces, halfedges, facets, tolerance, pinned))
+    hardly = _hardly_thinned(points, faces, facets, done) if tolerance > 0 else np.zeros_like(pinned)
+    if hardly.any():
+        done = _in_passes(_Ladder(points, faces, halfedges, facets, tolerance, pinned, hardly))
+    return done
+
+
+def _in_passes(ladder: _Ladder) -> Assembled:
     done = ladder.climbed()
     # Where facets vanished, borders were joined or single faces kept, chains may run on through former
     # corners: they are found again, on the result, until nothing more can go.
@@ -48,6 +56,27 @@ def climb(
             break
         done = done.followed_by(again)
     return done
+
+
+def _hardly_thinned(points: Points, faces: Faces, facets: _core.Facets, done: Assembled) -> Flags:
+    """Facets that changed where the curved surfaces of a component lost few of their points.
+
+    A curved surface can be cut into facets in many ways, and any cut of the result of a run finds a few more
+    points to drop. That is not worth moving the surface once more.
+    """
+    curved = np.flatnonzero(facets.curved[facets.facet_of_face])
+    if len(curved) == 0:
+        return np.zeros_like(facets.curved)
+    component = _core.find_components(faces, len(points))
+    key = np.unique(np.repeat(component[curved].astype(np.int64), 3) * len(points) + faces[curved].reshape(-1))
+    owner, point = np.divmod(key, len(points))
+    dropped = np.ones(len(points), bool)
+    dropped[done.triangles] = False
+    few = np.bincount(owner, dropped[point], len(faces)) < LEAST_GAIN * np.bincount(owner, minlength=len(faces))
+    hardly = np.zeros_like(facets.curved)
+    hardly[facets.facet_of_face[curved[few[component[curved]]]]] = 1
+    hardly[done.unchanged != 0] = 0
+    return hardly
 
 
 class _Ladder:
@@ -61,16 +90,19 @@ class _Ladder:
         facets: _core.Facets,
         tolerance: float,
         pinned: Flags,
+        hardly: Flags | None = None,
     ) -> None:
         self.points, self.faces, self.halfedges, self.facets = points, faces, halfedges, facets
         self.tolerance, self.pinned = tolerance, pinned
+        self.hardly = np.zeros_like(pinned) if hardly is None else hardly
         self.planes = facets.planes
         count = len(self.planes)
         self.rung = np.where(pinned != 0, np.uint8(Rung.PASSED_ON), np.uint8(0))
-        self.cause = np.zeros(count, np.uint8)
+        self.rung[self.hardly != 0] = Rung.FACES_KEPT
+        self.cause = np.where(self.hardly != 0, np.uint8(Cause.LITTLE_GAIN), np.uint8(0))
         self.splits = np.zeros(count, np.uint8)
         self.facet_of_part = np.arange(count, dtype=np.int32)
-        self.keep = pinned.copy()  # parts whose faces stay
+        self.keep = pinned | self.hardly  # parts whose faces stay
         self.folded = np.zeros(count)  # how far needles of each facet may reach out of it from the pass before
         self.put_back = np.zeros(len(points), np.uint8)
         self.statistics = Statistics()
@@ -99,7 +131,7 @@ class _Ladder:
         facet_of_face = self.facet_of_part[self.part_of_triangle[order]]
         halfedges = _core.pair_halfedges(self.points, faces, faces.reshape(-1), self.tolerance)
         facets = _core.Facets(facet_of_face, self.planes)
-        after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned)
+        after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned, self.hardly)
         np.maximum.at(after.folded, self.facet_of_part, self.folds + self.reach)
         after.spent_edges, after.spent, after.vanished = self._spent_on_edges()
         after._begin()

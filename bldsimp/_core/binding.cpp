@@ -150,11 +150,12 @@ void bind_mesh(nb::module_& m) {
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
   def_view<double>(facets, "planes", &Facets::planes);
+  def_view<std::uint8_t>(facets, "curved", &Facets::curved);
   facets.def(
       "__init__",
       [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 5>> planes) {
         const auto all = rows<Plane>(planes);
-        new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}};
+        new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}, {}};
       },
       "facet_of_face"_a, "planes"_a);
   m.def(

@@ -196,6 +196,7 @@ class FacetFinder {
         add_facet(set_of(roots[i]), slabs[i]);
       else
         grow_within(set_of(roots[i]));
+      curved_.resize(planes_.size(), !accepted[i]);
     }
   }
 
@@ -396,6 +397,7 @@ class FacetFinder {
       if (n < 0) {
         n = static_cast<Index>(facets.planes.size());
         facets.planes.push_back(planes_[facet_of_face_[f]]);
+        facets.curved.push_back(curved_[facet_of_face_[f]]);
       }
       facets.facet_of_face[f] = n;
     }
@@ -415,6 +417,7 @@ class FacetFinder {
   std::vector<Index> candidate_;  // per face the least face of its candidate
   std::vector<Index> facet_of_face_;
   std::vector<Plane> planes_;
+  std::vector<std::uint8_t> curved_;  // per plane
   std::vector<Index> region_;
 };
 

@@ -17,6 +17,7 @@ struct Plane {
 struct Facets {
   std::vector<Index> facet_of_face;
   std::vector<Plane> planes;
+  std::vector<std::uint8_t> curved;  // per facet as found: cut out of a surface that is not flat as a whole
 };
 
 struct FacetLimits {
