@@ -25,6 +25,9 @@ FLAT_NORMALS_DEGREES = 1.0
 SIGNIFICANT_DIGITS = 6
 """Decimal numbers with fewer significant digits are taken as exact, not as rounded."""
 
+COMPARED_TOLERANCES = "auto,0.1%,0.5%"
+"""What `compare` takes, with commas between."""
+
 
 @dataclass(frozen=True)
 class Tolerance:

@@ -9,8 +9,8 @@
 #include <tuple>
 
 #include "cdt.hpp"
+#include "distances.hpp"
 #include "facets.hpp"
-#include "farthest.hpp"
 #include "halfedges.hpp"
 #include "orient.hpp"
 #include "outlines.hpp"
@@ -262,14 +262,6 @@ void bind_mesh(nb::module_& m) {
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
   m.def(
-      "farthest",
-      [](Points3 queries, Points3 points, Faces3 faces, double limit) {
-        nb::gil_scoped_release release;
-        return farthest(rows<Vec3>(queries), rows<Vec3>(points), rows<Face>(faces), limit);
-      },
-      "queries"_a, "points"_a, "faces"_a, "limit"_a);
-
-  m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, Faces3 face_rows, Indices facet_of_face,
          Bytes kept) {
@@ -282,17 +274,6 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(found));
       },
       "triangles"_a, "facet_of_triangle"_a, "faces"_a, "face_rows"_a, "facet_of_face"_a, "kept"_a);
-}
-
-// Signs of a predicate over rows of equal length.
-template <class Struct, class Predicate, class Array, class... Arrays>
-auto signs(const Predicate& predicate, const Array& first, const Arrays&... rest) {
-  const std::size_t count = first.shape(0);
-  if (((rest.shape(0) != count) || ...)) throw nb::value_error("arrays of different lengths");
-  std::vector<std::int8_t> result(count);
-  for (std::size_t i = 0; i < count; ++i)
-    result[i] = static_cast<std::int8_t>(predicate(rows<Struct>(first)[i], rows<Struct>(rest)[i]...));
-  return give<std::int8_t>(std::move(result));
 }
 
 // Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.
@@ -311,6 +292,57 @@ void check_offsets(std::span<const std::int64_t> offsets, std::size_t count) {
   bool rising = offsets.empty() || (offsets.front() >= 0 && offsets.back() <= static_cast<std::int64_t>(count));
   for (std::size_t i = 1; i < offsets.size(); ++i) rising &= offsets[i - 1] <= offsets[i];
   if (!rising) throw nb::index_error("offsets out of range, or not rising");
+}
+
+void bind_distances(nb::module_& m) {
+  const auto distances = [](const FaceTree& tree, const Points3& queries) {
+    std::vector<double> found;
+    {
+      nb::gil_scoped_release release;
+      found = tree.distances(rows<Vec3>(queries));
+    }
+    return give<double>(std::move(found));
+  };
+  nb::class_<FaceTree>(m, "FaceTree")
+      .def(
+          "__init__",
+          [](FaceTree* self, Points3 points, Faces3 faces) {
+            check_range({faces.data(), faces.size()}, points.shape(0));
+            nb::gil_scoped_release release;
+            new (self) FaceTree(rows<Vec3>(points), rows<Face>(faces));
+          },
+          "points"_a, "faces"_a)
+      .def("distances", distances, "queries"_a)
+      .def(
+          "farthest",
+          [](const FaceTree& tree, Points3 queries, double limit) {
+            nb::gil_scoped_release release;
+            return tree.farthest(rows<Vec3>(queries), limit);
+          },
+          "queries"_a, "limit"_a);
+  m.def(
+      "distances",
+      [distances](Points3 queries, Points3 points, Faces3 faces) {
+        check_range({faces.data(), faces.size()}, points.shape(0));
+        std::optional<FaceTree> tree;
+        {
+          nb::gil_scoped_release release;
+          tree.emplace(rows<Vec3>(points), rows<Face>(faces));
+        }
+        return distances(*tree, queries);
+      },
+      "queries"_a, "points"_a, "faces"_a);
+}
+
+// Signs of a predicate over rows of equal length.
+template <class Struct, class Predicate, class Array, class... Arrays>
+auto signs(const Predicate& predicate, const Array& first, const Arrays&... rest) {
+  const std::size_t count = first.shape(0);
+  if (((rest.shape(0) != count) || ...)) throw nb::value_error("arrays of different lengths");
+  std::vector<std::int8_t> result(count);
+  for (std::size_t i = 0; i < count; ++i)
+    result[i] = static_cast<std::int8_t>(predicate(rows<Struct>(first)[i], rows<Struct>(rest)[i]...));
+  return give<std::int8_t>(std::move(result));
 }
 
 // (crossing segments or None, points, triangles, neighbours, point of each input point, pieces,
@@ -383,5 +415,6 @@ void bind_triangulation(nb::module_& m) {
 NB_MODULE(_core, m) {
   m.doc() = "bldsimp's kernels";
   bldsimp::bind_mesh(m);
+  bldsimp::bind_distances(m);
   bldsimp::bind_triangulation(m);
 }

@@ -13,6 +13,7 @@ import click
 from .. import __version__
 from ..errors import UsageError
 from ..options import Options, parse_length, parse_tolerance
+from .compare import compare
 from .paths import Endpoint, check_output, endpoint_in, endpoint_out
 
 _EXAMPLES = """
@@ -121,11 +122,14 @@ def inspect(source: str, from_: str | None, as_json: bool) -> None:
     from ..inspect import inspect_scene, inspection_text
     from ..io import read
 
-    inspection = inspect_scene(read(_data(read_from), read_from.format))
+    inspection = inspect_scene(read(read_from.data(), read_from.format))
     if as_json:
         click.echo(json.dumps(inspection.to_dict(), indent=2))
     else:
         click.echo(inspection_text(inspection))
+
+
+bldsimp.add_command(compare)
 
 
 @dataclass(frozen=True)
@@ -146,7 +150,7 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
     from ..report import summary
     from ..simplified import simplify_scene
 
-    scene = read(_data(read_from), read_from.format)
+    scene = read(read_from.data(), read_from.format)
     after_read = time.perf_counter()
     lights, report = simplify_scene(scene, options)
     if options.baseline:
@@ -186,11 +190,6 @@ def _option(name: str, parse, text: str):  # type: ignore[no-untyped-def]
         return parse(text)
     except UsageError as error:
         raise UsageError(f"{name}: {error}") from None
-
-
-def _data(endpoint: Endpoint) -> Path | bytes:
-    """What to read: a path, or all of standard input."""
-    return sys.stdin.buffer.read() if endpoint.path is None else endpoint.path
 
 
 def _check_apart(report: Path, read_from: Endpoint, write_to: Endpoint) -> None:

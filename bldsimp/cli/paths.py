@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,10 @@ class Endpoint:
 
     path: Path | None
     format: str
+
+    def data(self) -> Path | bytes:
+        """What to read: the path, or all of standard input."""
+        return sys.stdin.buffer.read() if self.path is None else self.path
 
 
 def endpoint_in(text: str, format_: str | None) -> Endpoint:

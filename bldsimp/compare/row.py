@@ -70,6 +70,7 @@ class Comparison:
         Model units, by what the user wrote.
     rows : list of Row
         By tolerance, in the order of the methods; a single one with the reason where the file failed.
+    failed : bool
     """
 
     file: str
@@ -77,3 +78,4 @@ class Comparison:
     diagonal: float
     tolerances: dict[str, float]
     rows: list[Row]
+    failed: bool = False
