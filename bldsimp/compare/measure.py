@@ -56,6 +56,11 @@ class Judge:
         self._rim = open_edges(original.faces)
         self._rim_tree = _tree_of_edges(local, self._rim)
 
+    @property
+    def has_border(self) -> bool:
+        """Whether the original has an open edge."""
+        return len(self._rim) > 0
+
     def deviation(self, surface: Surface) -> float:
         """Greatest distance between the surface and the original, both ways; model units."""
         return self.farthest(surface, np.inf)
