@@ -75,7 +75,7 @@ def _blocks(comparison: Comparison) -> str:
 
 def _table(rows: list[Row]) -> list[str]:
     """Aligned lines: words to the left, figures to the right."""
-    cells = [HEADER, *(_cells(row) for row in rows)]
+    cells = [HEADER, *(_cells(row, [above.method for above in rows[:i]]) for i, row in enumerate(rows))]
     widths = [max(len(line[i]) for line in cells) for i in range(len(HEADER))]
     return [
         "  ".join([line[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(line[1:], widths[1:], strict=True))])
@@ -83,9 +83,11 @@ def _table(rows: list[Row]) -> list[str]:
     ]
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: Row, above: list[str]) -> tuple[str, ...]:
+    """One line; a variant of a method above stands below that, without its name."""
+    parent = next((f"{method} " for method in above if row.method.startswith(f"{method} ")), "")
     return (
-        row.method,
+        ("  " if parent else "") + row.method.removeprefix(parent),
         *("-" if count is None else f"{count:,}" for count in (row.points, row.triangles)),
         *("-" if length is None else f"{length:.3g}" for length in (row.deviation, row.bound)),
         "-" if row.watertight is None else "yes" if row.watertight else "no",
@@ -110,16 +112,21 @@ def _together(names: list[str]) -> str:
 
 
 def _statistics(rows: list[Row]) -> list[str]:
-    """What the triangulations did, one line for each method that tells."""
-    return [_wrapped(f"  {row.method}: ", _triangulated(row.statistics)) for row in rows if row.statistics]
+    """What the triangulations did, the methods that tell beside each other."""
+    telling = [row for row in rows if row.statistics]
+    if not telling:
+        return []
 
+    def beside(name: str) -> str:
+        return " / ".join(f"{row.statistics[name]:,}" for row in telling)
 
-def _triangulated(counts: dict[str, float]) -> str:
-    walked = counts["walked"] / max(counts["located"], 1)
-    return (
-        f"{counts['by_poles']:,} orientation tests by poles, {counts['by_determinant']:,} by determinant;"
-        f" {walked:.2f} triangles walked per located point; {counts['flips']:,} diagonals swapped"
+    walked = (row.statistics["walked"] / max(row.statistics["located"], 1) for row in telling)
+    told = (
+        f"orientation tests by poles {beside('by_poles')}, by determinant {beside('by_determinant')};"
+        f" triangles walked per located point {' / '.join(f'{mean:.2f}' for mean in walked)};"
+        f" diagonals swapped {beside('flips')}"
     )
+    return [_wrapped(f"  {' / '.join(row.method for row in telling)}: ", told)]
 
 
 def _wrapped(head: str, text: str) -> str:
