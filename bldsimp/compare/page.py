@@ -28,7 +28,7 @@ from ..errors import BldsimpError
 from ..scene import Points
 from .chart import chart_svg
 from .drawn import Drawn, drawn
-from .plot import lines_of
+from .plot import Line, lines_of
 from .row import Comparison, Row
 from .surface import Surface
 
@@ -51,7 +51,6 @@ COLUMNS = (
     ("watertight", "watertight", "Whether every edge belongs to two faces"),
     ("border_made", "border made", "Open edges that lie on no open edge of the original"),
     ("seconds", "seconds", "Time that the method took"),
-    ("note", "note", "What the figures mean, or why there are none"),
 )
 
 
@@ -87,10 +86,7 @@ def write_page(comparisons: Sequence[Comparison]) -> bytes:
         title="bldsimp compare",
         subtitle=escape(subtitle(comparisons)),
         table=table(comparisons, numbers),
-        charts="\n".join(
-            f'<figure class="chart sheet" data-file="{k}"{" hidden" if k else ""}>{chart_svg(each, lines, numbers[k])}</figure>'
-            for k, each in enumerate(comparisons)
-        ),
+        charts="\n".join(chart(k, each, lines, numbers[k]) for k, each in enumerate(comparisons)),
         data=packed.json(),
         blobs=packed.html(),
         library=library,
@@ -135,13 +131,11 @@ class Packed:
             self.files.append({})
             return {}
         pair = Pairs(original, self)
-        low, high = original.points.min(axis=0), original.points.max(axis=0)
         self.files.append(
             {
-                "caption": [PurePath(comparison.file).name, *original_facts(comparison, original, pair.drawn)],
+                "caption": [f"original · {PurePath(comparison.file).name}", *original_facts(comparison, original, pair.drawn)],
                 "original": pair.number,
-                "box": ((high - low) / 2.0).tolist(),
-                "diagonal": float(np.linalg.norm(high - low)),
+                "diagonal": float(np.linalg.norm(np.ptp(original.points, axis=0))),
                 "up": "y" if PurePath(comparison.file).suffix.lower() in Y_UP else "z",
             }
         )
@@ -155,8 +149,9 @@ class Packed:
                     "file": len(self.files) - 1,
                     "surface": number,
                     "tolerance": comparison.tolerances.get(row.tolerance, 0.0),
+                    "deviation": row.deviation or 0.0,
                     "distances": [there, back],
-                    "caption": [f"{row.method} at {row.tolerance}", *result_facts(row, note)],
+                    "caption": [f"{row.method} · tolerance {row.tolerance}", *result_facts(row, note)],
                 }
             )
         return numbers
@@ -250,7 +245,7 @@ def original_facts(comparison: Comparison, original: Surface, shown: Drawn) -> t
     own = next((row for row in comparison.rows if row.method == "original"), None)
     parts = [f"{len(original.points):,} points", f"{len(original.faces):,} triangles"]
     parts += closedness(own) if own else []
-    more = ["original", f"diagonal {comparison.diagonal:.6g}", thinning(shown, original)]
+    more = [f"diagonal {comparison.diagonal:.6g}", thinning(shown, original)]
     return " · ".join(parts), " · ".join(part for part in more if part)
 
 
@@ -273,6 +268,14 @@ def closedness(row: Row) -> list[str]:
     return [] if row.watertight is None else ["watertight" if row.watertight else "open"]
 
 
+def chart(k: int, comparison: Comparison, lines: dict[str, Line], numbers: dict[int, int]) -> str:
+    """The chart of one file; the first one's is shown at first."""
+    title = f"<figcaption>Points against tolerance, {escape(PurePath(comparison.file).name)}</figcaption>"
+    drawing = chart_svg(comparison, lines, numbers)
+    hidden = " hidden" if k else ""
+    return f'<figure class="chart sheet" data-file="{k}"{hidden}>{title}{drawing}</figure>' if drawing else ""
+
+
 def subtitle(comparisons: Sequence[Comparison]) -> str:
     """How much there is on the page."""
     tolerances = dict.fromkeys(written for each in comparisons for written in each.tolerances)
@@ -283,9 +286,7 @@ def subtitle(comparisons: Sequence[Comparison]) -> str:
 
 def table(comparisons: Sequence[Comparison], numbers: Sequence[dict[int, int]]) -> str:
     """All rows, by file and tolerance."""
-    heads = "".join(
-        f'<th scope="col" title="{tip}"{" class=note" if key == "note" else ""}>{name}</th>' for key, name, tip in COLUMNS
-    )
+    heads = "".join(f'<th scope="col" title="{tip}">{name}</th>' for _, name, tip in COLUMNS)
     parts = [f"<table><thead><tr>{heads}</tr></thead>"]
     first = first_shown(comparisons, numbers)
     for comparison, known in zip(comparisons, numbers, strict=True):
@@ -316,14 +317,15 @@ def heading(comparison: Comparison, tolerance: str) -> str:
 
 def table_row(row: Row, base: int | None, number: int | None, first: int) -> str:
     """One row; with a number it can be chosen."""
-    values = [cell(row, base, key) for key, _, _ in COLUMNS[1:-1]]
+    values = [cell(row, base, key) for key, _, _ in COLUMNS[1:]]
     name = escape(row.method)
+    note = f'<div class="note">{escape(row.note)}</div>' if row.note else ""
     chosen = ""
     if number is not None:
         name = f'<label><input type="radio" name="row">{name}</label>'
         chosen = f' data-row="{number}"' + (" data-first" if number == first else "")
     cells = "".join(f"<td>{value}</td>" for value in values)
-    return f'<tr{chosen}><td>{name}</td>{cells}<td class="note">{escape(row.note)}</td></tr>'
+    return f'<tr{chosen}><td>{name}{note}</td>{cells}</tr>'
 
 
 def cell(row: Row, base: int | None, key: str) -> str:
