@@ -13,6 +13,9 @@ from .surface import Surface
 TRIANGLES = 200_000
 """A surface with more is thinned before it is drawn: ten times as many stutter on a small machine."""
 
+BORDERS = 1.5
+"""So many times as many triangles may stay for the sake of open borders."""
+
 SAMPLES = 40_000
 """About so many points inside large triangles are coloured beside their corners."""
 
@@ -98,7 +101,13 @@ def thinned(surface: Surface, triangles: int) -> tuple[Points, Faces]:
 
     middle = (surface.points.min(axis=0) + surface.points.max(axis=0)) / 2.0
     local = surface.points - middle
-    moved, faces, collapses = simplify(local, surface.faces, target_count=triangles, return_collapses=True)
+    # Borders stay where they are, unless a surface is nearly all borders.
+    for stays in (True, False):
+        moved, faces, collapses = simplify(
+            local, surface.faces, target_count=triangles, return_collapses=True, preserve_border=stays
+        )
+        if len(faces) <= BORDERS * triangles:
+            break
     into = np.arange(len(local))
     into[collapses[:, 1]] = collapses[:, 0]
     while not np.array_equal(into, into[into]):

@@ -173,7 +173,7 @@
       this.renderer.setPixelRatio(window.devicePixelRatio);
       this.renderer.setSize(width, height, false);
       this.controls.handleResize();
-      camera.aspect = width / height;
+      this.aspect = width / height;
       shared.line.value = 0.5 * Math.max(window.devicePixelRatio, 1);
       stale = true;
     }
@@ -236,7 +236,6 @@
     const away = camera.position.length();
     camera.near = Math.max(away - 0.55 * SIZE, eye.radius / 50);
     camera.far = away + 0.55 * SIZE;
-    camera.updateProjectionMatrix();
     stale = true;
   }
 
@@ -269,7 +268,7 @@
         high.max(flat);
         nearest = Math.max(nearest, seen.z);
       }
-      const across = Math.max((high.x - low.x) / camera.aspect, high.y - low.y) / 2;
+      const across = Math.max((high.x - low.x) / views[0].aspect, high.y - low.y) / 2;
       const aside = new THREE.Vector3((low.x + high.x) / 2, (low.y + high.y) / 2, 0);
       target.add(aside.multiplyScalar(eye.radius).applyQuaternion(camera.quaternion));
       const radius = eye.radius + nearest + (-nearest * across * MARGIN) / slope;
@@ -300,8 +299,11 @@
     if (!before.equals(camera.position) || !aim.equals(target)) levelled();
     if (!stale) return;
     stale = false;
-    camera.updateProjectionMatrix();
-    for (const view of views) view.renderer.render(view.scene, camera);
+    for (const view of views) {
+      camera.aspect = view.aspect;
+      camera.updateProjectionMatrix();
+      view.renderer.render(view.scene, camera);
+    }
   }
 
   // ---- What is chosen ----
@@ -365,7 +367,7 @@
   }
 
   function wire() {
-    byId("scale").querySelector(".bar").style.background = `linear-gradient(90deg, ${RAMP.join(", ")})`;
+    byId("scale").querySelector(".bar").style.backgroundImage = `linear-gradient(90deg, ${RAMP.join(", ")})`;
     const tick = (id, set) => byId(id).addEventListener("change", () => { set(byId(id).checked); stale = true; });
     tick("edges", (on) => { shared.edges.value = on; });
     tick("colours", (on) => { shared.coloured.value = on; byId("scale").style.visibility = on ? "" : "hidden"; });
