@@ -1,7 +1,7 @@
 #!/bin/sh
 # Makes .venv with bldsimp in it, and remakes only what has changed since the last time.
 #
-# usage: sh setup.sh [EXTRAS]      EXTRAS as in pyproject.toml: test, pictures, bench
+# usage: sh setup.sh [EXTRAS]      EXTRAS as in pyproject.toml: test, pictures, plots, bench; several with commas
 # needs: Python 3.10 or later and a C++20 compiler; everything else comes through pip.
 # Set PYTHON to choose the interpreter of a new .venv.
 set -eu

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
+from conftest import ROOT
 
 pytest.importorskip("PIL")
+
+from PIL import Image
 
 from bldsimp.compare.picture import Style, View, creases, crop, nearest_faces, picture
 from bldsimp.errors import BldsimpError
@@ -54,9 +61,7 @@ def test_two_triangles_cover_their_square_once_and_without_a_gap() -> None:
 def test_creases_are_the_edges_where_the_surface_bends_or_ends() -> None:
     assert creases(tetrahedron()).all()
     points, faces = square(0.0)
-    np.testing.assert_array_equal(
-        creases(View(points, faces, "")), [[True, True, False], [False, True, True]]
-    )
+    np.testing.assert_array_equal(creases(View(points, faces, "")), [[True, True, False], [False, True, True]])
 
 
 def test_picture_shows_each_view_in_its_own_half() -> None:
@@ -85,3 +90,16 @@ def test_crop_keeps_the_rows_that_any_panel_uses() -> None:
 def test_nothing_to_draw_is_an_error() -> None:
     with pytest.raises(BldsimpError, match="nothing to draw"):
         picture([View(np.zeros((3, 3)), np.zeros((0, 3), dtype=int), "")], SMALL)
+
+
+def test_the_picture_of_the_readme_is_what_is_drawn_today(data: Path, tmp_path: Path) -> None:
+    light, drawn = tmp_path / "light.glb", tmp_path / "drawn.png"
+    house = data / "building_a.glb"
+    subprocess.run([Path(sys.executable).parent / "bldsimp", "simplify", "-q", house, light], check=True)
+    subprocess.run([sys.executable, ROOT / "examples" / "render.py", house, light, drawn], check=True)
+    shown, today = (
+        np.asarray(Image.open(path).convert("RGB"), np.int16) for path in (ROOT / "docs" / "building_a.png", drawn)
+    )
+    assert shown.shape == today.shape
+    # Palettes may differ a little between versions of Pillow; one diagonal more or less is some 0.02 %.
+    assert (np.abs(shown - today).max(axis=2) > 48).mean() < 1e-4

@@ -84,6 +84,19 @@ def test_what_is_not_drawn_is_named_with_its_reason() -> None:
     assert "not drawn: fast-simplification same points (as many points as improved, by its definition)" in text
 
 
+def test_what_the_points_of_a_method_share_is_told_once() -> None:
+    comparison = house()
+    for k, row in enumerate(comparison.rows):
+        if "peer" in row.method:
+            row.note = f"same deviation as improved ({k / 7:.3g})"
+    comparison.rows[1].note = "stopped (3 facets)"
+    text = words(write_plot([comparison], ".svg"))
+    assert "same deviation as improved: some peer" in text
+    told = "not drawn: another peer, house.obj at auto, 0.1%, 0.02 (same deviation as improved)"
+    assert told in " ".join(text)
+    assert not any("stopped" in each for each in text)
+
+
 def test_zero_has_a_place_and_a_remark() -> None:
     comparison = house()
     comparison.tolerances = {"auto": 1e-5, "0.1%": 0.01, "0": 0.0}

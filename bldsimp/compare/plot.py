@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -183,24 +184,45 @@ def drawable(row: Row) -> bool:
 
 
 def remarks(comparisons: Sequence[Comparison]) -> list[str]:
-    """What a reader must know: which methods lack counts, and why; what is not to scale."""
-    lacking: dict[tuple[str, str], dict[str, list[str]]] = {}
-    for each in comparisons:
-        if each.original is None:
-            continue
-        for row in each.rows:
-            if not drawable(row) and row.method != REDUNDANT:
-                files = lacking.setdefault((row.method, row.note), {})
-                files.setdefault(Path(each.file).name, []).append(row.tolerance)
-    lines = []
-    for (method, note), files in lacking.items():
+    """What a reader must know: what lines mean, which points are lacking and why, what is not to scale."""
+    lines = [f"{note}: {', '.join(methods)}" for note, methods in meanings(comparisons).items()]
+    for (method, note), files in lacking(comparisons).items():
         places = "; ".join(f"{name} at {', '.join(written)}" for name, written in files.items())
         lines.append(f"not drawn: {method}, {places}" + (f" ({note})" if note else ""))
-    if any(value == 0.0 for each in comparisons for value in each.tolerances.values()):
-        lines.append("0 has no place on a log scale: it stands a decade below the least other tolerance")
     if any(row.method == REDUNDANT for each in comparisons for row in each.rows):
         lines.append(f"not drawn: {REDUNDANT} (as many points as improved, by its definition)")
+    if any(value == 0.0 for each in comparisons for value in each.tolerances.values()):
+        lines.append("0 has no place on a log scale: it stands a decade below the least other tolerance")
     return lines
+
+
+def meanings(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
+    """Notes that all drawn points of a method share, and the methods."""
+    notes: dict[str, set[str]] = {}
+    for each in comparisons:
+        for row in filter(drawable, each.rows):
+            notes.setdefault(row.method, set()).add(gist(row.note))
+    shared: dict[str, list[str]] = {}
+    for method, own in notes.items():
+        if len(own) == 1 and own != {""}:
+            shared.setdefault(own.pop(), []).append(method)
+    return shared
+
+
+def lacking(comparisons: Sequence[Comparison]) -> dict[tuple[str, str], dict[str, list[str]]]:
+    """Methods and the notes that tell why they lack points; by file the tolerances where they do."""
+    found: dict[tuple[str, str], dict[str, list[str]]] = {}
+    for each in comparisons:
+        for row in each.rows:
+            if each.original is not None and not drawable(row) and row.method != REDUNDANT:
+                files = found.setdefault((row.method, gist(row.note)), {})
+                files.setdefault(Path(each.file).name, []).append(row.tolerance)
+    return found
+
+
+def gist(note: str) -> str:
+    """A note without its figures, which stand in brackets at its end and differ from row to row."""
+    return re.sub(r"\s*\([^()]*\)$", "", note)
 
 
 def draw(axes: Axes, comparison: Comparison, lines: dict[str, Line]) -> dict[str, Any]:
