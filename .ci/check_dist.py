@@ -18,8 +18,9 @@ def demand(condition: bool, message: str) -> None:
 
 def check_wheel(names: list[str]) -> None:
     """Package, compiled core, type information, licence; no sources, no tests."""
-    for needed in ("bldsimp/__init__.py", "bldsimp/py.typed", "bldsimp/_core.pyi", "bldsimp/cli/__init__.py"):
-        demand(needed in names, f"the wheel lacks {needed}")
+    files = ("__init__.py", "py.typed", "_core.pyi", "cli/__init__.py", "compare/page.html", "compare/page.js")
+    for needed in files:
+        demand(f"bldsimp/{needed}" in names, f"the wheel lacks bldsimp/{needed}")
     cores = [name for name in names if name.startswith("bldsimp/_core") and name.endswith((".so", ".pyd"))]
     demand(len(cores) == 1, f"the wheel has {len(cores)} compiled cores, not one")
     demand(any(name.endswith("LICENSE") for name in names), "the wheel lacks the licence")

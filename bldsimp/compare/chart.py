@@ -63,7 +63,8 @@ def chart_svg(comparison: Comparison, lines: Mapping[str, Line], numbers: Mappin
     str
         SVG and a list of what the lines mean, or nothing where no row has a count.
     """
-    rows = [(k, row) for k, row in enumerate(comparison.rows) if drawable(row) and row.tolerance in comparison.tolerances]
+    known = comparison.tolerances
+    rows = [(k, row) for k, row in enumerate(comparison.rows) if drawable(row) and row.tolerance in known]
     if not rows:
         return ""
     place = positions(comparison)
@@ -96,7 +97,7 @@ def ticks(axis: Axis) -> Sequence[float]:
 
 def _grid(y: Axis, values: Sequence[float]) -> list[str]:
     """Level lines with their counts."""
-    parts = [f'<text x="{LEFT - 46}" y="{TOP - 2}" dy="0">points</text>']
+    parts = [f'<text x="{LEFT - 46}" y="{TOP - 2}">points</text>']
     for value in values:
         parts.append(f'<path class="grid" d="M{LEFT} {y(value)}H{WIDTH - RIGHT}"/>')
         # The word above stands where the highest count might be.
@@ -125,8 +126,10 @@ def _stroke(line: Line) -> str:
 
 
 def _shape(line: Line, filled: bool) -> str:
+    if not line.marker:
+        return ""
     inside = line.colour if filled else "#fff"
-    return f'<path d="{MARKS[line.marker]}" fill="{inside}" stroke="{line.colour}" stroke-width="1.4"/>' if line.marker else ""
+    return f'<path d="{MARKS[line.marker]}" fill="{inside}" stroke="{line.colour}" stroke-width="1.4"/>'
 
 
 def _curve(spots: Sequence[tuple[float, float]], line: Line) -> str:
@@ -138,12 +141,13 @@ def _mark(spot: tuple[float, float, int], row: Row, line: Line, numbers: Mapping
     chosen = f' class="mark" data-row="{numbers[k]}"' if k in numbers else ""
     title = escape(f"{row.method} at {row.tolerance}: {row.points:,} points")
     return (
-        f'<g{chosen} transform="translate({x} {y})"><title>{title}</title><circle class="hit" r="11" fill="transparent"/>'
-        f'<circle class="ring" r="9"/>{_shape(line, row.method == "improved")}</g>'
+        f'<g{chosen} transform="translate({x} {y})"><title>{title}</title>'
+        f'<circle class="hit" r="11"/><circle class="ring" r="9"/>{_shape(line, row.method == "improved")}</g>'
     )
 
 
 def _entry(method: str, line: Line) -> str:
     """A method in the list below the chart."""
     shape = f'<g transform="translate(17 7)">{_shape(line, method == "improved")}</g>'
-    return f'<li><svg viewBox="0 0 34 14" aria-hidden="true"><path {_stroke(line)} d="M0 7H34"/>{shape}</svg>{escape(method)}</li>'
+    drawing = f'<svg viewBox="0 0 34 14" aria-hidden="true"><path {_stroke(line)} d="M0 7H34"/>{shape}</svg>'
+    return f"<li>{drawing}{escape(method)}</li>"

@@ -13,6 +13,9 @@ from .surface import Surface
 TRIANGLES = 200_000
 """A surface with more is thinned before it is drawn: ten times as many stutter on a small machine."""
 
+BORDERS = 1.5
+"""So many times as many triangles may stay for the sake of open borders."""
+
 SAMPLES = 40_000
 """About so many points inside large triangles are coloured beside their corners."""
 
@@ -98,7 +101,13 @@ def thinned(surface: Surface, triangles: int) -> tuple[Points, Faces]:
 
     middle = (surface.points.min(axis=0) + surface.points.max(axis=0)) / 2.0
     local = surface.points - middle
-    moved, faces, collapses = simplify(local, surface.faces, target_count=triangles, return_collapses=True)
+    # Borders stay where they are, unless a surface is nearly all borders.
+    for stays in (True, False):
+        moved, faces, collapses = simplify(
+            local, surface.faces, target_count=triangles, return_collapses=True, preserve_border=stays
+        )
+        if len(faces) <= BORDERS * triangles:
+            break
     into = np.arange(len(local))
     into[collapses[:, 1]] = collapses[:, 0]
     while not np.array_equal(into, into[into]):
@@ -118,16 +127,24 @@ def thinned(surface: Surface, triangles: int) -> tuple[Points, Faces]:
 
 
 def parts_within(surface: Surface, samples: int) -> Flags:
-    """Parts a side, such that all parts are about equally long and their lattices hold at most so many points."""
+    """Parts a side, such that lattices hold at most so many points.
+
+    Half of them go to all triangles alike, since what was swallowed may be small; with the others the
+    parts of large triangles become about equally long.
+    """
     corners = surface.points[surface.faces]
     longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-    low, high = float(longest.max(initial=0.0)) / FINEST, float(longest.max(initial=0.0))
-    best = np.ones(len(longest), np.uint8)
+    least = 1
+    while least < FINEST and len(longest) * int(lattice_sizes(np.array([least + 1]))[0]) <= samples / 2:
+        least += 1
+    best = np.full(len(longest), least, np.uint8)
+    high = float(longest.max(initial=0.0))
+    low = high / FINEST
     for _ in range(24):
         step = np.sqrt(low * high)
         if not low < step < high:
             break
-        parts = np.clip(np.ceil(longest / step), 1, FINEST).astype(np.uint8)
+        parts = np.clip(np.ceil(longest / step), least, FINEST).astype(np.uint8)
         if lattice_sizes(parts[parts > 1]).sum() <= samples:
             high, best = step, parts
         else:

@@ -4,11 +4,12 @@
   const byId = (id) => document.getElementById(id);
 
   // Lightness falls evenly from nothing to most, so that it reads without hues, too.
-  const RAMP = ["#f4efc4", "#c5dd8c", "#79c58c", "#2fa59a", "#2480a0", "#35579a", "#4a2a80"];
+  const RAMP = ["#f6f2d2", "#c5dd8c", "#79c58c", "#2fa59a", "#2480a0", "#35579a", "#4a2a80"];
   const PLAIN = "#e9e3d8";
   const SIZE = 100; // The model's diagonal as drawn; the controls' own thresholds suit it.
   const WIDTH = 2048; // Of textures that hold one number per texel.
   const HOME = { theta: 0.62, phi: 1.2 };
+  const MARGIN = 1.1; // Around the model as it is shown at first.
   const UPRIGHT = 0.03; // So near may the eye come to the axis; radians.
 
   // ---- What was packed: deflated, base64, one element each ----
@@ -122,7 +123,7 @@
       vec3 normal = normalize(cross(dFdx(seen), dFdy(seen)));
       normal *= sign(-dot(normal, seen));
       vec3 up = normalize((viewMatrix * vec4(0.0, 1.0, 0.0, 0.0)).xyz);
-      float light = 0.66 + 0.28 * max(dot(normal, normalize(vec3(-0.5, 0.35, 0.8))), 0.0) + 0.09 * dot(normal, up);
+      float light = 0.72 + 0.24 * max(dot(normal, normalize(vec3(-0.5, 0.35, 0.8))), 0.0) + 0.09 * dot(normal, up);
       vec3 base = coloured ? rampAt(distanceHere() / top) : plain;
       vec3 width = max(fwidth(share), vec3(1e-6));
       vec3 away = share / width;
@@ -172,7 +173,7 @@
       this.renderer.setPixelRatio(window.devicePixelRatio);
       this.renderer.setSize(width, height, false);
       this.controls.handleResize();
-      camera.aspect = width / height;
+      this.aspect = width / height;
       shared.line.value = 0.5 * Math.max(window.devicePixelRatio, 1);
       stale = true;
     }
@@ -215,7 +216,6 @@
   }
 
   const views = [];
-  let box = null; // Half the extent of the original as drawn.
   let eye = new THREE.Spherical(); // Of the camera about the target.
 
   // The horizon stays level: the trackball may neither roll nor go over the top.
@@ -236,7 +236,6 @@
     const away = camera.position.length();
     camera.near = Math.max(away - 0.55 * SIZE, eye.radius / 50);
     camera.far = away + 0.55 * SIZE;
-    camera.updateProjectionMatrix();
     stale = true;
   }
 
@@ -246,22 +245,35 @@
     stale = true;
   }
 
-  // As near as the original's box allows.
+  // As near as the original allows, and in the middle.
   function reset() {
-    if (!box) return;
+    if (!chosen) return;
+    const { points } = loaded.get(files[chosen.file].original);
+    const toWorld = views[0].model;
+    toWorld.updateMatrixWorld();
+    const slope = Math.tan((camera.fov * Math.PI) / 360);
     target.set(0, 0, 0);
     place(new THREE.Spherical(SIZE, HOME.phi, HOME.theta));
-    const [x, y, z] = byId("up").value === "z" ? [box[0], box[2], box[1]] : box;
-    const slope = Math.tan((camera.fov * Math.PI) / 360);
-    const turn = camera.quaternion.clone().invert();
-    let radius = 0;
-    for (let corner = 0; corner < 8; corner++) {
-      const signs = [corner & 1, corner & 2, corner & 4].map((bit) => (bit ? 1 : -1));
-      const local = new THREE.Vector3(signs[0] * x, signs[1] * y, signs[2] * z).applyQuaternion(turn);
-      const across = Math.max(Math.abs(local.x) / camera.aspect, Math.abs(local.y)) / slope;
-      radius = Math.max(radius, local.z + 1.06 * across);
+    for (let round = 0; round < 4; round++) {
+      camera.updateMatrixWorld();
+      const toCamera = camera.matrixWorldInverse.clone().multiply(toWorld.matrixWorld);
+      const seen = new THREE.Vector3();
+      const flat = new THREE.Vector2();
+      const low = new THREE.Vector2(Infinity, Infinity);
+      const high = new THREE.Vector2(-Infinity, -Infinity);
+      let nearest = -Infinity;
+      for (let i = 0; i < points.length; i += 3) {
+        seen.fromArray(points, i).applyMatrix4(toCamera);
+        low.min(flat.set(seen.x / -seen.z, seen.y / -seen.z));
+        high.max(flat);
+        nearest = Math.max(nearest, seen.z);
+      }
+      const across = Math.max((high.x - low.x) / views[0].aspect, high.y - low.y) / 2;
+      const aside = new THREE.Vector3((low.x + high.x) / 2, (low.y + high.y) / 2, 0);
+      target.add(aside.multiplyScalar(eye.radius).applyQuaternion(camera.quaternion));
+      const radius = eye.radius + nearest + (-nearest * across * MARGIN) / slope;
+      place(new THREE.Spherical(radius, HOME.phi, HOME.theta));
     }
-    place(new THREE.Spherical(radius, HOME.phi, HOME.theta));
   }
 
   function onKey(event) {
@@ -287,8 +299,11 @@
     if (!before.equals(camera.position) || !aim.equals(target)) levelled();
     if (!stale) return;
     stale = false;
-    camera.updateProjectionMatrix();
-    for (const view of views) view.renderer.render(view.scene, camera);
+    for (const view of views) {
+      camera.aspect = view.aspect;
+      camera.updateProjectionMatrix();
+      view.renderer.render(view.scene, camera);
+    }
   }
 
   // ---- What is chosen ----
@@ -324,21 +339,23 @@
       view.describe(i ? row.caption : file.caption);
       view.say("");
     });
-    box = file.box.map((half) => (half * SIZE) / (file.diagonal || 1));
     orient();
     if (other) reset();
     rescale();
     document.body.dataset.shown = id;
   }
 
-  const short = (value) => String(Number(value.toPrecision(3)));
+  function short(value) {
+    const text = Number(value.toPrecision(3));
+    return value > 0 && value < 1e-3 ? text.toExponential() : String(text);
+  }
 
   function rescale() {
     if (!chosen) return;
     const tolerance = byId("top").querySelector("[value=tolerance]");
     tolerance.disabled = !(chosen.tolerance > 0);
     if (tolerance.disabled) byId("top").value = "own";
-    const most = Math.max(...chosen.distances.map((side) => side.top));
+    const most = Math.max(chosen.deviation, ...chosen.distances.map((side) => side.top));
     const top = tolerance.selected ? chosen.tolerance : most;
     shared.top.value = top || 1;
     const ticks = top > 0 ? [0, 0.25, 0.5, 0.75, 1].map((part) => short(part * top)) : ["0 everywhere"];
@@ -350,7 +367,7 @@
   }
 
   function wire() {
-    byId("scale").querySelector(".bar").style.background = `linear-gradient(90deg, ${RAMP.join(", ")})`;
+    byId("scale").querySelector(".bar").style.backgroundImage = `linear-gradient(90deg, ${RAMP.join(", ")})`;
     const tick = (id, set) => byId(id).addEventListener("change", () => { set(byId(id).checked); stale = true; });
     tick("edges", (on) => { shared.edges.value = on; });
     tick("colours", (on) => { shared.coloured.value = on; byId("scale").style.visibility = on ? "" : "hidden"; });

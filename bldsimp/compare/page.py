@@ -14,11 +14,12 @@ import zipfile
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from hashlib import sha256
 from html import escape
 from importlib.resources import files
 from pathlib import PurePath
 from string import Template
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ from ..errors import BldsimpError
 from ..scene import Points
 from .chart import chart_svg
 from .drawn import Drawn, drawn
-from .plot import lines_of
+from .plot import Line, lines_of
 from .row import Comparison, Row
 from .surface import Surface
 
@@ -51,7 +52,6 @@ COLUMNS = (
     ("watertight", "watertight", "Whether every edge belongs to two faces"),
     ("border_made", "border made", "Open edges that lie on no open edge of the original"),
     ("seconds", "seconds", "Time that the method took"),
-    ("note", "note", "What the figures mean, or why there are none"),
 )
 
 
@@ -87,10 +87,7 @@ def write_page(comparisons: Sequence[Comparison]) -> bytes:
         title="bldsimp compare",
         subtitle=escape(subtitle(comparisons)),
         table=table(comparisons, numbers),
-        charts="\n".join(
-            f'<figure class="chart sheet" data-file="{k}"{" hidden" if k else ""}>{chart_svg(each, lines, numbers[k])}</figure>'
-            for k, each in enumerate(comparisons)
-        ),
+        charts="\n".join(chart(k, each, lines, numbers[k]) for k, each in enumerate(comparisons)),
         data=packed.json(),
         blobs=packed.html(),
         library=library,
@@ -115,7 +112,9 @@ def viewer_library() -> str:
         end = LIBRARY_ENDS.search(scripts)
         if end and "Three.js Authors" in scripts[: end.start()]:
             return scripts[: end.end()].strip()
-    raise BldsimpError("the installed trimesh does not ship three.js as bldsimp knows it: pip install 'trimesh==5.2.0'")
+    raise BldsimpError(
+        "the installed trimesh does not ship three.js in the form that pages need: pip install 'trimesh==5.2.0'"
+    )
 
 
 @dataclass
@@ -130,33 +129,33 @@ class Packed:
     def add(self, comparison: Comparison) -> dict[int, int]:
         """Pack what can be drawn of a comparison; numbers on the page by index of its rows."""
         original = comparison.original
-        drawable = [] if original is None else [k for k, row in enumerate(comparison.rows) if can_be_drawn(row, original)]
+        drawable = [k for k, row in enumerate(comparison.rows) if can_be_drawn(row, original)]
         if original is None or not drawable:
             self.files.append({})
             return {}
-        pair = Pairs(original, self)
-        low, high = original.points.min(axis=0), original.points.max(axis=0)
+        pairs = Pairs(original, self)
+        title = f"original · {PurePath(comparison.file).name}"
         self.files.append(
             {
-                "caption": [PurePath(comparison.file).name, *original_facts(comparison, original, pair.drawn)],
-                "original": pair.number,
-                "box": ((high - low) / 2.0).tolist(),
-                "diagonal": float(np.linalg.norm(high - low)),
+                "caption": [title, *original_facts(comparison, original, pairs.drawn)],
+                "original": pairs.number,
+                "diagonal": float(np.linalg.norm(np.ptp(original.points, axis=0))),
                 "up": "y" if PurePath(comparison.file).suffix.lower() in Y_UP else "z",
             }
         )
         numbers = {}
         for k in drawable:
             row = comparison.rows[k]
-            number, there, back, note = pair.with_result(row.surface or original)
+            pair = pairs.with_result(row.surface or original)
             numbers[k] = len(self.rows)
             self.rows.append(
                 {
                     "file": len(self.files) - 1,
-                    "surface": number,
+                    "surface": pair.number,
                     "tolerance": comparison.tolerances.get(row.tolerance, 0.0),
-                    "distances": [there, back],
-                    "caption": [f"{row.method} at {row.tolerance}", *result_facts(row, note)],
+                    "deviation": row.deviation or 0.0,
+                    "distances": [pair.there, pair.back],
+                    "caption": [f"{row.method} · tolerance {row.tolerance}", *result_facts(row, pair.note)],
                 }
             )
         return numbers
@@ -195,6 +194,15 @@ class Packed:
         )
 
 
+class Pair(NamedTuple):
+    """Number of a result, distances from the original to it and back, and what to say of its drawing."""
+
+    number: int
+    there: dict[str, Any]
+    back: dict[str, Any]
+    note: str
+
+
 class Pairs:
     """One original and its results, each different one drawn and measured once."""
 
@@ -206,36 +214,33 @@ class Pairs:
         self.number = packed.surface(self.drawn, self.origin)
         self.samples = self.drawn.samples() - self.origin
         self.tree = _core.FaceTree(original.points - self.origin, original.faces)
-        self.done: dict[tuple[bytes, bytes], tuple[int, dict[str, Any], dict[str, Any], str]] = {
-            self.key(original): (
-                self.number,
-                *[packed.distances(np.zeros(len(self.samples)))] * 2,
-                thinning(self.drawn, original),
-            )
-        }
+        none = packed.distances(np.zeros(len(self.samples)))
+        self.done = {self.key(original): Pair(self.number, none, none, thinning(self.drawn, original))}
 
     @staticmethod
-    def key(surface: Surface) -> tuple[bytes, bytes]:
-        return surface.points.tobytes(), surface.faces.tobytes()
+    def key(surface: Surface) -> bytes:
+        """Equal for equal surfaces."""
+        return sha256(surface.points.tobytes()).digest() + sha256(surface.faces.tobytes()).digest()
 
-    def with_result(self, surface: Surface) -> tuple[int, dict[str, Any], dict[str, Any], str]:
-        """Number of a result, distances from the original to it and back, and what to say of its drawing."""
-        if self.key(surface) not in self.done:
+    def with_result(self, surface: Surface) -> Pair:
+        """The original with one result."""
+        key = self.key(surface)
+        if key not in self.done:
             shown = drawn(surface)
             tree = _core.FaceTree(surface.points - self.origin, surface.faces)
-            self.done[self.key(surface)] = (
+            self.done[key] = Pair(
                 self.packed.surface(shown, self.origin),
                 self.packed.distances(tree.distances(self.samples)),
                 self.packed.distances(self.tree.distances(shown.samples() - self.origin)),
                 thinning(shown, surface),
             )
-        return self.done[self.key(surface)]
+        return self.done[key]
 
 
-def can_be_drawn(row: Row, original: Surface) -> bool:
-    """Whether there is something to see."""
+def can_be_drawn(row: Row, original: Surface | None) -> bool:
+    """Whether there is something to see on both sides."""
     surface = original if row.method == "original" else row.surface
-    return surface is not None and len(surface.faces) > 0
+    return original is not None and surface is not None and min(len(original.faces), len(surface.faces)) > 0
 
 
 def thinning(shown: Drawn, surface: Surface) -> str:
@@ -250,13 +255,14 @@ def original_facts(comparison: Comparison, original: Surface, shown: Drawn) -> t
     own = next((row for row in comparison.rows if row.method == "original"), None)
     parts = [f"{len(original.points):,} points", f"{len(original.faces):,} triangles"]
     parts += closedness(own) if own else []
-    more = ["original", f"diagonal {comparison.diagonal:.6g}", thinning(shown, original)]
+    more = [f"diagonal {comparison.diagonal:.6g}", thinning(shown, original)]
     return " · ".join(parts), " · ".join(part for part in more if part)
 
 
 def result_facts(row: Row, note: str) -> tuple[str, str]:
     """The lines below the right view."""
-    parts = [f"{count:,} {name}" for name, count in (("points", row.points), ("triangles", row.triangles)) if count is not None]
+    counts = (("points", row.points), ("triangles", row.triangles))
+    parts = [f"{count:,} {name}" for name, count in counts if count is not None]
     if row.deviation is not None:
         certified = "" if row.bound is None else f" (certified: at most {row.bound:.3g})"
         parts.append(f"deviation {row.deviation:.3g}{certified}")
@@ -273,6 +279,14 @@ def closedness(row: Row) -> list[str]:
     return [] if row.watertight is None else ["watertight" if row.watertight else "open"]
 
 
+def chart(k: int, comparison: Comparison, lines: dict[str, Line], numbers: dict[int, int]) -> str:
+    """The chart of one file; the first one's is shown at first."""
+    title = f"<figcaption>Points against tolerance, {escape(PurePath(comparison.file).name)}</figcaption>"
+    drawing = chart_svg(comparison, lines, numbers)
+    hidden = " hidden" if k else ""
+    return f'<figure class="chart sheet" data-file="{k}"{hidden}>{title}{drawing}</figure>' if drawing else ""
+
+
 def subtitle(comparisons: Sequence[Comparison]) -> str:
     """How much there is on the page."""
     tolerances = dict.fromkeys(written for each in comparisons for written in each.tolerances)
@@ -283,9 +297,7 @@ def subtitle(comparisons: Sequence[Comparison]) -> str:
 
 def table(comparisons: Sequence[Comparison], numbers: Sequence[dict[int, int]]) -> str:
     """All rows, by file and tolerance."""
-    heads = "".join(
-        f'<th scope="col" title="{tip}"{" class=note" if key == "note" else ""}>{name}</th>' for key, name, tip in COLUMNS
-    )
+    heads = "".join(f'<th scope="col" title="{tip}">{name}</th>' for _, name, tip in COLUMNS)
     parts = [f"<table><thead><tr>{heads}</tr></thead>"]
     first = first_shown(comparisons, numbers)
     for comparison, known in zip(comparisons, numbers, strict=True):
@@ -302,8 +314,12 @@ def table(comparisons: Sequence[Comparison], numbers: Sequence[dict[int, int]]) 
 
 def first_shown(comparisons: Sequence[Comparison], numbers: Sequence[dict[int, int]]) -> int:
     """Number of the row that is shown at first: what bldsimp made, where there is that."""
-    shown = [(row.method != "improved", number[k]) for each, number in zip(comparisons, numbers, strict=True)
-             for k, row in enumerate(each.rows) if k in number]  # fmt: skip
+    shown = [
+        (row.method != "improved", known[k])
+        for each, known in zip(comparisons, numbers, strict=True)
+        for k, row in enumerate(each.rows)
+        if k in known
+    ]
     return min(shown, default=(True, -1))[1]
 
 
@@ -316,14 +332,15 @@ def heading(comparison: Comparison, tolerance: str) -> str:
 
 def table_row(row: Row, base: int | None, number: int | None, first: int) -> str:
     """One row; with a number it can be chosen."""
-    values = [cell(row, base, key) for key, _, _ in COLUMNS[1:-1]]
-    name = escape(row.method)
+    values = [cell(row, base, key) for key, _, _ in COLUMNS[1:]]
+    name = f'<span class="plain">{escape(row.method)}</span>'
+    note = f'<div class="note">{escape(row.note)}</div>' if row.note else ""
     chosen = ""
     if number is not None:
-        name = f'<label><input type="radio" name="row">{name}</label>'
+        name = f'<label><input type="radio" name="row">{escape(row.method)}</label>'
         chosen = f' data-row="{number}"' + (" data-first" if number == first else "")
     cells = "".join(f"<td>{value}</td>" for value in values)
-    return f'<tr{chosen}><td>{name}</td>{cells}<td class="note">{escape(row.note)}</td></tr>'
+    return f'<tr{chosen}><td>{name}{note}</td>{cells}</tr>'
 
 
 def cell(row: Row, base: int | None, key: str) -> str:
