@@ -22,6 +22,7 @@ _EXAMPLES = """
 Examples:
   bldsimp compare tower.obj
   bldsimp compare a.obj b.glb --tolerances auto,0.1%,0.02 --csv rows.csv
+  bldsimp compare a.obj b.obj --tolerances 0.1%,0.5%,1% --plot points.svg
   bldsimp compare tower.obj --peers --json - | jq '.files[].rows[].points'
 """
 
@@ -36,6 +37,7 @@ Examples:
 )
 @click.option("--csv", metavar="FILE.csv", help="Also write the rows as CSV.")
 @click.option("--json", "json_", metavar="FILE.json|-", help="Also write the rows as JSON; '-' prints it instead.")
+@click.option("--plot", metavar="FILE.svg|png", help="Also draw points against tolerance; needs the extra 'plots'.")
 @click.option(
     "--peers", is_flag=True, help="Also ask manifold3d, open3d, pymeshlab and pyfqmr, whichever is installed."
 )
@@ -47,6 +49,7 @@ def compare(
     tolerances: str,
     csv: str | None,
     json_: str | None,
+    plot: str | None,
     peers: bool,
     from_: str | None,
     overwrite: bool,
@@ -68,15 +71,22 @@ def compare(
     endpoints = [endpoint_in(source, from_) for source in sources]
     if sum(endpoint.path is None for endpoint in endpoints) > 1:
         raise UsageError("FILE: '-' can be read once only")
-    outputs = {"--csv": csv, "--json": None if json_ == "-" else json_}
+    outputs = {"--csv": csv, "--json": None if json_ == "-" else json_, "--plot": plot}
     paths = {name: Path(text) for name, text in outputs.items() if text is not None}
     _check_outputs(paths, endpoints, overwrite)
+    if plot is not None:
+        _check_plot(Path(plot).suffix)
     comparisons = _compared(dict(zip(sources, endpoints, strict=True)), texts, peers, quiet)
     from ..compare.table import to_csv, to_json, to_text
     from ..io.target import replace_files
 
     write = {"--csv": to_csv, "--json": to_json}
-    replace_files({path: write[name](comparisons).encode("utf-8") for name, path in paths.items()})
+    files = {path: write[name](comparisons).encode("utf-8") for name, path in paths.items() if name in write}
+    if plot is not None:
+        from ..compare.plot import write_plot
+
+        files[Path(plot)] = write_plot(comparisons, Path(plot).suffix)
+    replace_files(files)
     if json_ == "-":
         click.echo(to_json(comparisons), nl=False)
     elif not quiet:
@@ -119,6 +129,21 @@ def _check_outputs(paths: dict[str, Path], endpoints: list[Endpoint], overwrite:
             raise UsageError(f"{name}: {path} is also {taken[path.resolve()]}: choose another file")
         check_output(path, name, overwrite)
         taken[path.resolve()] = name
+
+
+def _check_plot(suffix: str) -> None:
+    """Refuse a chart that could not be drawn before the long work begins.
+
+    Raises
+    ------
+    UsageError
+    """
+    from ..compare.plot import check_plot
+
+    try:
+        check_plot(suffix)
+    except UsageError as error:
+        raise UsageError(f"--plot: {error}") from None
 
 
 def _compared(files: dict[str, Endpoint], texts: list[str], peers: bool, quiet: bool) -> list[Comparison]:
