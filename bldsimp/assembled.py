@@ -9,7 +9,9 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _core
 from .scene import Faces, Flags, Indices
+from .triangulation import Statistics
 
 
 class Rung(IntEnum):
@@ -34,6 +36,31 @@ class Cause(IntEnum):
     MISFIT = 5
 
 
+@dataclass(frozen=True)
+class Layout:
+    """What the last round triangulated: parts of facets, where single faces were kept.
+
+    Attributes
+    ----------
+    planes : (p, 6) float64
+        Of each part.
+    outlines : _core.Outlines
+    pieces : _core.Pieces
+        Of the thinned chains.
+    keep : (p,) uint8
+        Parts whose faces stayed.
+    triangles : (k, 3) int32
+    part_of_triangle : (k,) int32
+    """
+
+    planes: NDArray[np.float64]
+    outlines: _core.Outlines
+    pieces: _core.Pieces
+    keep: Flags
+    triangles: Faces
+    part_of_triangle: Indices
+
+
 @dataclass
 class Assembled:
     """Facets put together again.
@@ -52,6 +79,9 @@ class Assembled:
         Edges where two borders were laid on one another.
     causes : Counter
         Facets below the first rung, by `Cause`.
+    statistics : Statistics
+        Of all triangulations on the way.
+    layout : Layout
     """
 
     triangles: Faces
@@ -62,6 +92,8 @@ class Assembled:
     deviation: NDArray[np.float64]
     healed: int
     causes: Counter[Cause]
+    statistics: Statistics
+    layout: Layout
 
     def point_count(self) -> int:
         """Points that the result uses."""
@@ -78,4 +110,6 @@ class Assembled:
             deviation=np.maximum(self.deviation, second.deviation),
             healed=self.healed + second.healed,
             causes=self.causes | second.causes,
+            statistics=self.statistics + second.statistics,
+            layout=second.layout,
         )

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .assembled import Assembled, Cause, Rung
+from .assembled import Assembled, Cause, Layout, Rung
 from .scene import Faces, Flags, Indices, Points
+from .triangulation import Statistics
 
 MOST_SPLITS = 8
 """How often faces around a trouble are cut off a facet before all of its faces stay."""
@@ -71,6 +72,7 @@ class _Ladder:
         self.facet_of_part = np.arange(count, dtype=np.int32)
         self.keep = pinned.copy()  # parts whose faces stay
         self.put_back = np.zeros(len(points), np.uint8)
+        self.statistics = Statistics()
         # How far edges (as keys, sorted) already are from the outlines of the input.
         self.spent_edges, self.spent = np.empty(0, np.int64), np.empty(0)
         # The bounds of the facets that vanished into them.
@@ -206,6 +208,10 @@ class _Ladder:
             deviation=deviation,
             healed=self.edges.healed,
             causes=Counter(Cause(int(c)) for c in self.cause[below]),
+            statistics=self.statistics,
+            layout=Layout(
+                self.facets.planes, self.outlines, self.pieces, self.keep, self.triangles, self.part_of_triangle
+            ),
         )
 
     def _thin(self) -> None:
@@ -222,6 +228,7 @@ class _Ladder:
             self.points, self.faces, self.face_start, self.face_order, self.facets, self.outlines,
             self.pieces, self.kept, wanted, self.keep,
         )  # fmt: skip
+        self.statistics += Statistics(*patches.statistics)
         outcomes = patches.outcomes
         self.unchanged[wanted] = outcomes == Cause.UNCHANGED
         old = ~self.dirty[self.part_of_triangle]

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .assembled import Assembled
+from .assembled import Assembled, Layout
 from .ladder import climb
 from .options import DEFAULTS, NEEDLE_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
 from .scene import Faces, Indices, Light, Mesh, Points
+from .triangulation import Statistics
 
 
 @dataclass
@@ -44,6 +45,10 @@ class Outcome:
         Faces whose winding was turned; T-junctions that closed.
     reasons : dict of str to int
         Why facets stand below the first rung.
+    statistics : Statistics
+        Of all triangulations.
+    layout : Layout or None
+        What the last round triangulated, where asked for.
     """
 
     light: Light
@@ -63,9 +68,13 @@ class Outcome:
     turned: int = 0
     healed: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
+    statistics: Statistics = field(default_factory=Statistics)
+    layout: Layout | None = None
 
 
-def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> Outcome:
+def simplify_mesh(
+    mesh: Mesh, tolerance: float, options: Options = DEFAULTS, *, with_layout: bool = False
+) -> Outcome:
     """Simplify one mesh.
 
     Parameters
@@ -75,6 +84,8 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
         How far any point of the surface may move; model units of the mesh's own frame.
     options : Options
         `weld` (model units of the mesh's own frame) and `drop_attributes`.
+    with_layout : bool
+        Keep what another triangulation of the same facets needs.
 
     Returns
     -------
@@ -127,6 +138,8 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
         turned=turned,
         healed=assembled.healed,
         reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
+        statistics=assembled.statistics,
+        layout=assembled.layout if with_layout else None,
     )
 
 

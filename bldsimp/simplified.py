@@ -119,7 +119,7 @@ def simplify(mesh: Any, tolerance: float | None = None) -> Simplified:
     if tolerance is not None and not (np.isfinite(tolerance) and tolerance >= 0):
         raise InputError(f"tolerance {tolerance}: give a finite number that is not negative")
     chosen = Tolerance() if tolerance is None else Tolerance(float(tolerance), "length")
-    outcomes, report = _simplify_all(scene, Options(tolerance=chosen))
+    outcomes, report = simplify_meshes(scene, Options(tolerance=chosen))
     used, compact = np.unique(outcomes[0].triangles, return_inverse=True)
     light = (outcomes[0].points[used], compact.reshape(-1, 3).astype(np.int32))
     result = type(mesh)(vertices=light[0], faces=light[1], process=False) if is_trimesh else light
@@ -141,11 +141,29 @@ def simplify_scene(scene: Scene, options: Options) -> tuple[list[Light], Report]
     report : Report
         Without what writing adds: `rounding`, and `after`'s vertices and bytes.
     """
-    outcomes, report = _simplify_all(scene, options)
+    outcomes, report = simplify_meshes(scene, options)
     return [outcome.light for outcome in outcomes], report
 
 
-def _simplify_all(scene: Scene, options: Options) -> tuple[list[Outcome], Report]:
+def simplify_meshes(
+    scene: Scene, options: Options, *, with_layout: bool = False
+) -> tuple[list[Outcome], Report]:
+    """Make every mesh of a scene light, and tell all that is known of each.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : Options
+    with_layout : bool
+        See `simplify_mesh`.
+
+    Returns
+    -------
+    outcomes : list of Outcome
+        One per mesh.
+    report : Report
+        As of `simplify_scene`.
+    """
     start = time.perf_counter()
     report = Report(
         tolerance=resolve_tolerance(scene, options.tolerance),
@@ -158,7 +176,7 @@ def _simplify_all(scene: Scene, options: Options) -> tuple[list[Outcome], Report
     for mesh in scene.meshes:
         stretch = scale(mesh) or 1.0
         local = dataclasses.replace(options, weld=options.weld / stretch)
-        outcome = simplify_mesh(mesh, report.tolerance / stretch, local)
+        outcome = simplify_mesh(mesh, report.tolerance / stretch, local, with_layout=with_layout)
         outcomes.append(outcome)
         _tell(report, mesh, outcome, stretch)
         for part in mesh.parts:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
+from operator import add
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,11 +40,14 @@ class Statistics:
         Diagonals swapped, in insertions and in influence domains.
     """
 
-    by_poles: int
-    by_determinant: int
-    located: int
-    walked: int
-    flips: int
+    by_poles: int = 0
+    by_determinant: int = 0
+    located: int = 0
+    walked: int = 0
+    flips: int = 0
+
+    def __add__(self, other: Statistics) -> Statistics:
+        return Statistics(*map(add, astuple(self), astuple(other)))
 
 
 @dataclass(frozen=True)

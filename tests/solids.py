@@ -8,6 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bldsimp import triangulate
+
 Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
 Shape = tuple[Points, Faces]
@@ -54,6 +56,57 @@ def of_polygons(*polygons: ArrayLike) -> Shape:
 
 def box(size: ArrayLike = (1, 1, 1), at: ArrayLike = (0, 0, 0)) -> Shape:
     return of_polygons(*(np.array(side) * size + at for side in SIDES))
+
+
+def prism(outline: ArrayLike, height: float = 4.0) -> Shape:
+    """A simple polygon, counter-clockwise, pulled up."""
+    ring = np.asarray(outline, float)
+    count = len(ring)
+    after = (np.arange(count) + 1) % count
+    cap = triangulate(ring, np.stack([np.arange(count), after], axis=1)).triangles.astype(np.int64)
+    walls = [[[i, j, count + j], [i, count + j, count + i]] for i, j in enumerate(after)]
+    points = np.concatenate([np.c_[ring, np.zeros(count)], np.c_[ring, np.full(count, height)]])
+    return shape(points, np.concatenate([cap[:, ::-1], cap + count, np.reshape(walls, (-1, 3))]))
+
+
+def comb(teeth: int = 5, gap: float = 0.25, depth: float = 16.0) -> Shape:
+    """Broad teeth, short and long, with narrow gaps between them: beside each short one, a long side."""
+    outline = [(0.0, -1.0), (teeth * (3 + gap) - gap, -1.0)]
+    for tooth in reversed(range(teeth)):
+        left, top = tooth * (3 + gap), depth if tooth % 2 else depth / 3
+        outline += [(left + 3, 0.0), (left + 3, top), (left, top), (left, 0.0)]
+    return prism(outline[:2] + outline[3:-1])
+
+
+def star(seed: int, spikes: int = 30) -> Shape:
+    """Spikes of many lengths with sharp notches between them, on a grid."""
+    rng = np.random.default_rng(seed)
+    tips, count = np.arange(2 * spikes) % 2 == 0, 2 * spikes
+    angle = (np.arange(count) + rng.uniform(0, 0.8, count)) * np.pi / spikes
+    radius = np.where(tips, rng.uniform(200, 1000, count), rng.uniform(50, 150, count))
+    return prism(np.round(np.stack([np.cos(angle), np.sin(angle)], axis=1) * radius[:, None]))
+
+
+def doorway(width: float = 12.0) -> tuple[tuple[float, float], ...]:
+    """Outline with a lintel from (0, 0) to (width, 0), and a dent just above the middle of the lintel."""
+    middle = width / 2
+    dent = ((middle + 1, 6.0), (middle, 1.0), (middle - 1, 6.0))
+    right = ((width, 0.0), (width, -4.0), (width + 3, -4.0), (width + 3, 6.0))
+    return ((0.0, 0.0), *right, *dent, (-3.0, 6.0), (-3.0, -4.0), (0.0, -4.0))
+
+
+def canopy() -> Shape:
+    """A triangle, each side of which is the lintel of a doorway; its first face is the triangle."""
+    corners = np.array([(0.0, 0, 0), (16, 0, 0), (4, 12, 0)])
+    shapes = [shape(corners, [[0, 1, 2]])]
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        outline = np.array(doorway(float(np.linalg.norm(b - a))))
+        rows = np.arange(len(outline))
+        faces = triangulate(outline, np.stack([rows, np.roll(rows, -1)], axis=1)).triangles
+        points = a + outline[:, :1] * (b - a) / np.linalg.norm(b - a) + outline[:, 1:] * (0, 0, 1)
+        points[1] = b
+        shapes.append(shape(points, faces))
+    return merged(*shapes)
 
 
 def gabled_house() -> Shape:

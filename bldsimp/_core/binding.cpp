@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "cdt.hpp"
+#include "conform.hpp"
 #include "distances.hpp"
 #include "facets.hpp"
 #include "halfedges.hpp"
@@ -76,6 +77,10 @@ void def_view(Class& c, const char* name, std::vector<Item> Result::*member) {
   c.def_prop_ro(name, [member](nb::handle self) {
     return view<Scalar>(self, nb::cast<const Result&>(self).*member);
   });
+}
+
+auto row_of(const Statistics& counts) {
+  return std::tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips);
 }
 
 void bind_mesh(nb::module_& m) {
@@ -239,6 +244,7 @@ void bind_mesh(nb::module_& m) {
   def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
   def_view<Index>(patches, "put_back", &Patches::put_back);
   def_view<Index>(patches, "trouble", &Patches::trouble);
+  patches.def_prop_ro("statistics", [](const Patches& p) { return row_of(p.statistics); });
   m.def(
       "retriangulate",
       [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
@@ -250,6 +256,23 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "face_start"_a, "face_order"_a, "facets"_a, "outlines"_a, "pieces"_a, "kept"_a,
       "wanted"_a, "keep"_a);
+
+  nb::class_<Conformed> conformed(m, "Conformed");
+  def_view<double>(conformed, "made", &Conformed::made);
+  def_view<Index>(conformed, "triangles", &Conformed::triangles);
+  def_view<Index>(conformed, "facet_of_triangle", &Conformed::facet_of_triangle);
+  def_view<std::uint8_t>(conformed, "facets", &Conformed::facets);
+  conformed.def_prop_ro("statistics", [](const Conformed& c) { return row_of(c.statistics); });
+  m.def(
+      "conform",
+      [](Points3 points, In<double, nb::shape<-1, 6>> planes, const Outlines& o, const std::vector<Piece>& all,
+         Faces3 triangles, Indices facet_of_triangle, Bytes keep) {
+        nb::gil_scoped_release release;
+        return conform({rows<Vec3>(points), rows<Plane>(planes), o, all, rows<Face>(triangles),
+                        flat(facet_of_triangle), flat(keep)});
+      },
+      "points"_a, "planes"_a, "outlines"_a, "pieces"_a, "triangles"_a, "facet_of_triangle"_a, "keep"_a);
+
   m.def(
       "find_misfits",
       [](Faces3 triangles, Indices facet_of_triangle, const PieceEdges& expected, Bytes keep, const Outlines& o) {
@@ -373,7 +396,7 @@ auto triangulate(const Points2& points, const Pairs& segments, bool carve, bool 
       crossing, give<double>(std::move(result.points)), give<Index>(std::move(result.triangles)),
       give<Index>(std::move(result.neighbours)), give<Index>(std::move(result.point_of_input)),
       give<Index>(std::move(result.pieces)),
-      std::tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips));
+      row_of(counts));
 }
 
 void bind_triangulation(nb::module_& m) {

@@ -11,12 +11,15 @@ Status Triangulator::run(std::span<const Point2> points, std::span<const Segment
                          const TriangulateOptions& options) {
   statistics_ = {};
   crossing_ = {-1, -1};
+  poles_ = options.poles;
   pieces_.clear();
+  missing_.clear();
   triangles_.clear();
   neighbours_.clear();
   merge_points(points, options.lift);
   if (!insert_points()) return Status::done;
   if (!constrain(segments, options)) return Status::crossing;
+  if (!missing_.empty()) return Status::done;
   emit(options.carve);
   emit_pieces(segments);
   return Status::done;
@@ -69,11 +72,11 @@ int Triangulator::direction(Index h, const Point2& target) {
   const double bound = filter::orient2d * (std::abs(left) + std::abs(right)) + filter::floor2;
   if (std::abs(determinant) > bound) {
     const bool told = ((left < 0.0) & (right > 0.0)) | ((left > 0.0) & (right < 0.0));
-    statistics_.by_poles += told;
-    statistics_.by_determinant += !told;
+    statistics_.by_poles += told & poles_;
+    statistics_.by_determinant += !(told & poles_);
     return determinant > 0.0 ? 1 : -1;
   }
-  const int by_poles = direction_by_poles(a, b, target);
+  const int by_poles = poles_ ? direction_by_poles(a, b, target) : 0;
   ++(by_poles != 0 ? statistics_.by_poles : statistics_.by_determinant);
   return by_poles != 0 ? by_poles : exact::orient2d(a, b, target);
 }

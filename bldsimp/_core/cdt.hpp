@@ -42,6 +42,11 @@ struct TriangulateOptions {
   // edges that cannot be flipped stay. A crossing point is lifted to where the segment is, not
   // to the paraboloid, since the lift alone does not tell the distance between two points.
   const double* lift = nullptr;
+  // What the standard method goes without: with `recover`, a segment that is no edge becomes one by
+  // swapping diagonals; else it is listed in missing(). With `poles`, they tell directions where they can;
+  // else determinants tell all.
+  bool recover = true;
+  bool poles = true;
 };
 
 // What the morphological recognition did.
@@ -51,6 +56,15 @@ struct Statistics {
   std::int64_t located = 0;         // points located by direction search
   std::int64_t walked = 0;          // triangles that these searches entered
   std::int64_t flips = 0;           // diagonals swapped, in insertion and in influence domains
+
+  Statistics& operator+=(const Statistics& other) {
+    by_poles += other.by_poles;
+    by_determinant += other.by_determinant;
+    located += other.located;
+    walked += other.walked;
+    flips += other.flips;
+    return *this;
+  }
 };
 
 // A reusable workspace: thousands of small facets run through one object without allocating.
@@ -82,6 +96,8 @@ class Triangulator {
   // Segments as realised, by segment and along it. Where several segments run along one edge, it
   // occurs once for each; a segment of no length does not occur.
   const std::vector<Piece>& pieces() const { return pieces_; }
+  // Without `recover`: the segments that are no edges, sorted. If there are any, there are no triangles.
+  const std::vector<Index>& missing() const { return missing_; }
 
   // After `crossing`: the two input segments, the lesser first.
   Segment crossing() const { return crossing_; }
@@ -137,6 +153,8 @@ class Triangulator {
   // constrain.cpp: step 5
   bool constrain(std::span<const Segment> segments, const TriangulateOptions& options);
   void collect_pending(std::span<const Segment> segments);
+  void mark(Index edge, Index use);
+  void find_missing();
   Index realise(Pending segment, Index& crossed);
   Index enter(Index a, Index b, Index& edge) const;
   Index find_influence_domain(Pending segment, Index entered, Index& crossed);
@@ -174,7 +192,9 @@ class Triangulator {
   std::vector<Triple> triangles_, neighbours_;
   std::vector<Index> point_of_input_;
   std::vector<Piece> pieces_;
+  std::vector<Index> missing_;
   Segment crossing_{-1, -1};
+  bool poles_ = true;
   Statistics statistics_;
 };
 

@@ -24,6 +24,10 @@ bool Triangulator::constrain(std::span<const Segment> segments, const Triangulat
   most_splits_ = 100 + static_cast<std::int64_t>(pending_.size() * (pending_.size() - 1) / 2);
   few_units_ = 0x1p-50;
   net_.begin_marks(site_.size());
+  if (!options.recover) {
+    find_missing();
+    return true;
+  }
   while (!pending_.empty()) {
     const Pending segment = pending_.back();
     pending_.pop_back();
@@ -71,14 +75,36 @@ Index Triangulator::realise(Pending segment, Index& crossed) {
   } else {
     reached = net_.target(edge);
   }
+  mark(edge, segment.use);
+  if (entered >= 0) restore_delaunay();
+  return reached;
+}
+
+// Adds uses to those that the edge has.
+void Triangulator::mark(Index edge, Index use) {
   Index uses = net_.mark(edge);
-  for (Index use = segment.use; use >= 0; use = use_[use].next) {
+  for (; use >= 0; use = use_[use].next) {
     use_.push_back({use_[use].segment, uses, uses < 0 ? 1 : use_[uses].count + 1});
     uses = static_cast<Index>(use_.size()) - 1;
   }
   net_.set_mark(edge, uses);
-  if (entered >= 0) restore_delaunay();
-  return reached;
+}
+
+// Marks the segments that are edges, and lists the others.
+void Triangulator::find_missing() {
+  for (const Pending& segment : pending_) {
+    const Index first = net_.leaving(segment.a);
+    Index edge = first;
+    do {
+      edge = net_.twin(Net::prev(edge));
+    } while (edge != first && net_.target(edge) != segment.b);
+    if (net_.target(edge) == segment.b)
+      mark(edge, segment.use);
+    else
+      missing_.push_back(use_[segment.use].segment);
+  }
+  pending_.clear();
+  std::sort(missing_.begin(), missing_.end());
 }
 
 // Looks around a for the way to b: the halfedge that a-b crosses first, or -1 and in `edge` the

@@ -1,67 +1,13 @@
 #include "retriangulate.hpp"
 
 #include <algorithm>
-#include <iterator>
-#include <numeric>
 
 #include "cdt.hpp"
+#include "projection.hpp"
+#include "runs.hpp"
 
 namespace bldsimp {
 namespace {
-
-// Drops the axis along which a plane's normal is greatest; a facet stays counter-clockwise.
-class Projection {
- public:
-  Projection(Vec3 normal, Vec3 origin) : origin_(origin) {
-    const std::array<double, 3> n{normal.x, normal.y, normal.z};
-    w_ = std::abs(n[2]) >= std::abs(n[0]) && std::abs(n[2]) >= std::abs(n[1]) ? 2 : std::abs(n[0]) >= std::abs(n[1]) ? 0 : 1;
-    u_ = (w_ + 1) % 3;
-    v_ = (w_ + 2) % 3;
-    if (n[w_] < 0) std::swap(u_, v_);
-    slope_u_ = n[u_] / n[w_];
-    slope_v_ = n[v_] / n[w_];
-  }
-
-  Point2 operator()(Vec3 p) const { return {coordinate(p, u_), coordinate(p, v_)}; }
-
-  // Squared length, in the plane, of the way from the origin: the Delaunay lift of the plane.
-  double lift(Vec3 p) const {
-    const double u = coordinate(p, u_) - coordinate(origin_, u_), v = coordinate(p, v_) - coordinate(origin_, v_);
-    const double w = slope_u_ * u + slope_v_ * v;
-    return u * u + v * v + w * w;
-  }
-
-  double twice_area(Vec3 a, Vec3 b, Vec3 c) const {
-    return (coordinate(b, u_) - coordinate(a, u_)) * (coordinate(c, v_) - coordinate(a, v_)) -
-           (coordinate(b, v_) - coordinate(a, v_)) * (coordinate(c, u_) - coordinate(a, u_));
-  }
-
- private:
-  static double coordinate(Vec3 p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
-  Vec3 origin_;
-  int u_, v_, w_;
-  double slope_u_, slope_v_;
-};
-
-// Which chains run along a facet, and which pieces replace a chain.
-struct Runs {
-  explicit Runs(const FacetParts& parts)
-      : use_start(parts.planes.size() + 1, 0), piece_start(parts.outlines.chain_start.size(), 0) {
-    const Outlines& outlines = parts.outlines;
-    for (const Use& use : outlines.uses) ++use_start[use.facet + 1];
-    std::partial_sum(use_start.begin(), use_start.end(), use_start.begin());
-    chain_uses.resize(outlines.uses.size());
-    std::vector<Index> cursor(use_start.begin(), use_start.end() - 1);
-    for (std::size_t c = 0; c + 1 < outlines.use_start.size(); ++c)
-      for (Index u = outlines.use_start[c]; u < outlines.use_start[c + 1]; ++u)
-        chain_uses[cursor[outlines.uses[u].facet]++] = {static_cast<Index>(c), outlines.uses[u].forward};
-    for (const Piece& piece : parts.pieces) ++piece_start[piece.chain + 1];
-    std::partial_sum(piece_start.begin(), piece_start.end(), piece_start.begin());
-  }
-  std::vector<Index> use_start;
-  std::vector<std::pair<Index, bool>> chain_uses;  // {chain, forward}
-  std::vector<Index> piece_start;
-};
 
 class Retriangulator {
  public:
@@ -105,14 +51,9 @@ class Retriangulator {
     return id;
   }
 
-  // Both sides of a sheet are triangulated in the projection of the first, so that ties among points on one
-  // circle fall alike and the diagonals of one side never cross those of the other.
-  Index front_of(Index facet) const {
-    const Index back = parts_.outlines.back[facet];
-    return back >= 0 && back < facet ? back : facet;
+  Face own_winding(Index facet, const Face& t) const {
+    return is_behind(parts_.outlines, facet) ? Face{t[0], t[2], t[1]} : t;
   }
-  bool is_behind(Index facet) const { return front_of(facet) != facet; }
-  Face own_winding(Index facet, const Face& t) const { return is_behind(facet) ? Face{t[0], t[2], t[1]} : t; }
 
   void collect_segments(Index facet) {
     point_of_local_.clear();
@@ -123,30 +64,22 @@ class Retriangulator {
       for (Index i = runs_.piece_start[chain]; i < runs_.piece_start[chain + 1]; ++i) {
         const Piece& piece = parts_.pieces[i];
         const Index from = local(piece.from), to = local(piece.to);
-        segments_.push_back(forward != is_behind(facet) ? std::array{from, to} : std::array{to, from});
+        segments_.push_back(forward != is_behind(parts_.outlines, facet) ? std::array{from, to} : std::array{to, from});
         piece_of_segment_.push_back(i);
       }
     }
-    const auto& inner = parts_.outlines.inner;
-    for (auto at = std::lower_bound(inner.begin(), inner.end(), std::array<Index, 2>{facet, -1});
-         at != inner.end() && (*at)[0] == facet; ++at)
-      local((*at)[1]);
+    for (const auto& [_, point] : inner_of(parts_.outlines, facet)) local(point);
   }
 
   // A facet whose pieces all lie on one another has vanished from both sides. One without an outline is
   // a component by itself, closed and without a plane, and there is no neighbour to close up in its place.
   bool has_vanished() const {
-    if (segments_.empty()) return false;
-    std::vector<std::array<Index, 2>> there(segments_), back(segments_);
-    for (auto& segment : back) std::swap(segment[0], segment[1]);
-    std::sort(there.begin(), there.end());
-    std::sort(back.begin(), back.end());
-    return there == back;
+    return !segments_.empty() && unopposed(segments_).empty();
   }
 
   Outcome triangulate(Index facet, Patches& patches) {
     if (has_vanished()) return euler_agrees(facet, 0) ? Outcome::done : Outcome::mismatch;
-    const Plane& plane = parts_.planes[front_of(facet)];
+    const Plane& plane = parts_.planes[front_of(parts_.outlines, facet)];
     if (plane.normal == Vec3{0, 0, 0} || segments_.empty()) return Outcome::mismatch;
     const Index least = *std::min_element(point_of_local_.begin(), point_of_local_.end());
     const Projection projection(plane.normal, parts_.points[least]);
@@ -158,7 +91,9 @@ class Retriangulator {
     }
     TriangulateOptions options;
     options.lift = lift_.data();
-    if (triangulator_.run(flat_, segments_, options) != Status::done) {
+    const Status status = triangulator_.run(flat_, segments_, options);
+    patches.statistics += triangulator_.statistics();
+    if (status != Status::done) {
       for (const Index s : triangulator_.crossing()) {
         put_back(facet, s, patches);
         note_trouble(facet, segments_[s][0], segments_[s][1], patches);
@@ -218,7 +153,7 @@ class Retriangulator {
       rim_before += parts_.outlines.chain_start[chain + 1] - parts_.outlines.chain_start[chain] - 1;
       rim_after += runs_.piece_start[chain + 1] - runs_.piece_start[chain];
     }
-    if (count_unopposed() < rim_after) return true;
+    if (std::ssize(unopposed(segments_)) < rim_after) return true;
     // Points - edges + triangles, where 2 edges = 3 triangles + edges of the rim; twice.
     const auto twice_euler = [](std::int64_t p, std::int64_t t, std::int64_t rim) { return 2 * p - t - rim; };
     return twice_euler(points, std::ssize(faces_of(facet)), rim_before) ==
@@ -232,16 +167,6 @@ class Retriangulator {
              runs_.chain_uses[v].first == runs_.chain_uses[u].first;
     };
     return same_chain(u - 1) || same_chain(u + 1);
-  }
-
-  // Segments that no other runs against.
-  std::int64_t count_unopposed() const {
-    std::vector<std::array<Index, 2>> there(segments_), back(segments_), only;
-    for (auto& segment : back) std::swap(segment[0], segment[1]);
-    std::sort(there.begin(), there.end());
-    std::sort(back.begin(), back.end());
-    std::set_difference(there.begin(), there.end(), back.begin(), back.end(), std::back_inserter(only));
-    return std::ssize(only);
   }
 
   bool area_agrees(Index facet, const Projection& projection) const {
@@ -345,7 +270,7 @@ void sort_unique(std::vector<Item>& items) {
 
 Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep) {
   Patches patches;
-  const Runs runs(parts);
+  const Runs runs(parts.outlines, parts.pieces, parts.planes.size());
   Retriangulator retriangulator(parts, runs);
   for (const Index facet : wanted) retriangulator.run(facet, keep[facet] != 0, patches);
   sort_unique(patches.put_back);

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "cdt.hpp"
 #include "facets.hpp"
 #include "thin.hpp"
 #include "vec3.hpp"
@@ -30,6 +31,7 @@ struct Patches {
   std::vector<Outcome> outcomes;         // one for each facet asked for
   std::vector<std::array<Index, 2>> put_back;  // {facet, point}: what may resolve a crossing; sorted
   std::vector<Misfit> trouble;  // pieces that cross or touch, and points (low == high) that lie on one; sorted
+  Statistics statistics;        // of all triangulations
 };
 
 // What every facet is made of; plain views, so that nothing is copied between stages.

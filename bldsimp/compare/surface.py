@@ -36,17 +36,30 @@ def surface_of(scene: Scene, lights: list[Light] | None = None) -> Surface:
     lights : list of Light, optional
         One per mesh; without them the scene's own faces.
     """
-    points, faces, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
-    for i, mesh in enumerate(scene.meshes):
-        corners = mesh.faces if lights is None else lights[i].faces
+    corners = [mesh.faces for mesh in scene.meshes] if lights is None else [light.faces for light in lights]
+    return placed_surface(scene, [mesh.points for mesh in scene.meshes], corners)
+
+
+def placed_surface(scene: Scene, points: list[Points], faces: list[Faces]) -> Surface:
+    """All instances of meshes that have become others, as one surface.
+
+    Parameters
+    ----------
+    scene : Scene
+        Places the meshes.
+    points, faces : list
+        What each mesh of the scene has become, in its own frame.
+    """
+    all_points, all_faces, count = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], 0
+    for mesh, own, corners in zip(scene.meshes, points, faces, strict=True):
         for transform in mesh.transforms:
             still = np.array_equal(transform, np.eye(4))
-            points.append(mesh.points if still else placed(mesh.points, transform))
+            all_points.append(own if still else placed(own, transform))
             # A mirrored instance shows its faces the other way round.
             turned = corners[:, ::-1] if np.linalg.det(transform[:3, :3]) < 0 else corners
-            faces.append(turned.astype(np.int64) + count)
-            count += len(mesh.points)
-    return welded(np.concatenate(points), np.concatenate(faces))
+            all_faces.append(turned.astype(np.int64) + count)
+            count += len(own)
+    return welded(np.concatenate(all_points), np.concatenate(all_faces))
 
 
 def welded(points: Points, faces: Faces) -> Surface:
