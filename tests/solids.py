@@ -221,6 +221,19 @@ def plate_with_holes() -> Shape:
     )
 
 
+def looping_path() -> Shape:
+    """A path in one plane that runs over itself."""
+    return of_polygons(
+        *(
+            [(x, y, 0) for x, y in ring]
+            for ring in (
+                ((0, 0), (5, 0), (4, 1), (0, 1)), ((5, 0), (5, 5), (4, 4), (4, 1)),
+                ((5, 5), (1, 5), (2, 4), (4, 4)), ((1, 5), (1, -2), (2, -2), (2, 4)),
+            )
+        )
+    )  # fmt: skip
+
+
 def pinched_plate() -> Shape:
     """A plate whose two holes touch in one point."""
     return of_polygons(

@@ -10,6 +10,7 @@ import judge
 import numpy as np
 import pytest
 import solids
+from random_shapes import random_shape
 from solids import Shape
 from test_models import MODELS, SLOW_WHEN_ROUGH, scene_of
 
@@ -234,6 +235,29 @@ def test_all_three_sides_of_a_kept_face_are_cut() -> None:
     assert set(edge_uses(result.triangles)) == set(edge_uses(outcome.triangles)) == {1, 2}
 
 
+def test_facets_that_lie_back_to_back_lay_no_edge_on_each_other() -> None:
+    """Two rooms whose common wall is there twice: by itself each would get the same diagonal."""
+    outcome, result = both(mesh_of(solids.rooms_back_to_back()))
+    assert result.facets == {Conformity.DELAUNAY: 6, Conformity.CLASH: 2}
+    assert sorted(edge_uses(result.triangles)) == sorted(edge_uses(outcome.triangles))
+
+
+def test_a_facet_whose_pieces_cross_is_not_cut() -> None:
+    outcome, result = both(mesh_of(solids.looping_path()))
+    assert result.facets == {Conformity.CROSSING: 1}
+    assert len(result.points) == len(outcome.points)
+    assert np.array_equal(result.triangles, outcome.triangles)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_shapes_keep_their_rims(seed: int) -> None:
+    shape, _ = random_shape(seed)
+    for tolerance in (0.0, 0.3):
+        outcome, result = both(mesh_of(shape), tolerance)
+        assert_same_rim(outcome)
+        assert np.isin(np.unique(outcome.triangles), result.triangles).all()
+
+
 @pytest.mark.parametrize("name", ["comb", "star_1", "sheared_star"])
 def test_the_order_of_faces_does_not_matter(name: str) -> None:
     shape = FLAT[name]()
@@ -285,12 +309,17 @@ def compared(path: Path, tolerance: Tolerance) -> None:
     assert len(improved.points) <= len(standard.surface.points)
     assert standard.statistics.by_poles == 0
     for outcome in outcomes:
-        result, layout = conformed(outcome), outcome.layout
-        points = np.concatenate([outcome.points, result.made])
-        open_before, crowded_before = rim(layout, outcome.points, layout.triangles, layout.part_of_triangle)
-        open_after, crowded_after = rim(layout, points, result.triangles, result.facet_of_triangle)
-        assert open_after == pytest.approx(open_before, rel=1e-9)
-        assert crowded_before > 0 or crowded_after == 0
+        assert_same_rim(outcome)
+
+
+def assert_same_rim(outcome: Outcome) -> None:
+    """Open edges run where they ran, and no edge is used more than twice where none was."""
+    core, layout = conformed(outcome), outcome.layout
+    points = np.concatenate([outcome.points, core.made])
+    open_before, crowded_before = rim(layout, outcome.points, layout.triangles, layout.part_of_triangle)
+    open_after, crowded_after = rim(layout, points, core.triangles, core.facet_of_triangle)
+    assert open_after == pytest.approx(open_before, rel=1e-9)
+    assert crowded_before > 0 or crowded_after == 0
 
 
 def rim(layout: Layout, points: np.ndarray, triangles: np.ndarray, facet: np.ndarray) -> tuple[float, int]:

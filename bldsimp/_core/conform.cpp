@@ -351,8 +351,7 @@ class Conformer {
   void settle() {
     for (Index facet = 0; facet < count(); ++facet) {
       const auto given = given_of(facet);
-      if (how_[facet] == Conformity::delaunay &&
-          (patch_[facet].size() != given.size() || rim_of(patch_[facet]) != rim_of(given)))
+      if (how_[facet] == Conformity::delaunay && rim_of(patch_[facet]) != rim_of(given))
         how_[facet] = Conformity::crossing;
       if (how_[facet] != Conformity::delaunay) take_given(facet);
     }

@@ -108,7 +108,9 @@ class Contest:
             raise InputError("no faces that have three different points")
         self.file, self.scene, self.peers = file, scene, peers
         self.judge = Judge(original)
-        self._decimators = {name: Decimator(self.judge, variant) for name, variant in VARIANTS.items()}
+        self._decimators = {
+            name: Decimator(self.judge, variant, aimed=not variant.lossless) for name, variant in VARIANTS.items()
+        }
         self._asked = {
             peer.name: Decimator(self.judge, peer.decimate, most=peer.most) for peer in peers
         }
@@ -147,7 +149,7 @@ class Contest:
         except Refused as reason:
             return replace(row, note=f"refuses the input: {reason}")
         if found is None:
-            return replace(row, note=f"cannot drop a triangle within the {told}")
+            return replace(row, note=f"no reduction within the {told}")
         return self._found(replace(row, note=told), found, tolerance)
 
     def _at_same_points(self, row: Row, improved: Row, tolerance: float) -> Row:

@@ -77,6 +77,8 @@ class Decimator:
         What is decimated, where it is not the original itself.
     most : int, optional
         The greatest target; the number of faces where left out.
+    aimed : bool
+        Whether the target matters; else there is one result.
     """
 
     def __init__(
@@ -85,12 +87,15 @@ class Decimator:
         decimate: Callable[[Points, Faces, int], Arrays],
         start: Surface | None = None,
         most: int | None = None,
+        aimed: bool = True,
     ) -> None:
         start = start or judge.original
         self.judge = judge
         self._decimate = decimate
         self._points, self._faces = start.points - judge.origin, start.faces
         self._most = len(start.faces) if most is None else most
+        self._least = min(LEAST_TRIANGLES, self._most)
+        self._aimed = aimed
         self._runs: dict[int, Run] = {}
         self._latest: tuple[int, Surface] | None = None
 
@@ -106,7 +111,9 @@ class Decimator:
         -----
         The deviation does not quite rise as the target falls, so that a lesser result may exist.
         """
-        low, high, best = LEAST_TRIANGLES, self._most, None
+        if not self._aimed:
+            return self._found(self._most) if self._is_within(self._most, limit) else None
+        low, high, best = self._least, self._most, None
         for _ in range(STEPS):
             if high - low <= 1:
                 break
@@ -119,7 +126,7 @@ class Decimator:
 
     def at_points(self, points: int) -> Found:
         """The least result that has at least so many points."""
-        low, high = (LEAST_TRIANGLES, self._run(LEAST_TRIANGLES).points), (self._most, len(self._points))
+        low, high = (self._least, self._run(self._least).points), (self._most, len(self._points))
         if low[1] >= points:
             return self._found(low[0])
         for _ in range(STEPS_TO_POINTS):
@@ -147,22 +154,23 @@ class Decimator:
 
     def _run(self, target: int) -> Run:
         if target not in self._runs:
-            start = time.perf_counter()
-            surface = self._make(target)
-            self._runs[target] = Run(len(surface.points), time.perf_counter() - start)
+            surface, seconds = self._make(target)
+            self._runs[target] = Run(len(surface.points), seconds)
             self._latest = target, surface
         return self._runs[target]
 
     def _surface(self, target: int) -> Surface:
         """The result of a run: only the latest is kept, the others are made again."""
         if self._latest is None or self._latest[0] != target:
-            self._latest = target, self._make(target)
+            self._latest = target, self._make(target)[0]
         return self._latest[1]
 
-    def _make(self, target: int) -> Surface:
+    def _make(self, target: int) -> tuple[Surface, float]:
+        start = time.perf_counter()
         points, faces = self._decimate(self._points, self._faces, target)
+        seconds = time.perf_counter() - start
         corners = np.asarray(faces, np.int32).reshape(-1, 3)
-        return welded(np.asarray(points, np.float64) + self.judge.origin, corners)
+        return welded(np.asarray(points, np.float64) + self.judge.origin, corners), seconds
 
 
 @dataclass(frozen=True)
