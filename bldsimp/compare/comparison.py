@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -12,12 +13,14 @@ from ..errors import BldsimpError, InputError, InternalError
 from ..io import read
 from ..options import Options, parse_tolerance
 from ..scene import Scene
-from ..simplified import simplify_scene
+from ..simplified import simplify_meshes
 from ..tolerance import diagonal, resolve_tolerance
+from ..triangulation import Statistics
 from .decimate import Decimator, FastSimplification, Found, Refused
 from .measure import Judge, is_watertight
 from .peers import Peer
 from .row import Comparison, Row
+from .standard import standard_surface
 from .surface import Surface, surface_of
 
 VARIANTS = {
@@ -40,7 +43,7 @@ Tick = Callable[[], None]
 
 def method_names(peers: list[Peer]) -> list[str]:
     """All methods in their order."""
-    return ["original", "improved", *VARIANTS, SAME_POINTS, *(peer.name for peer in peers)]
+    return ["original", "standard", "improved", *VARIANTS, SAME_POINTS, *(peer.name for peer in peers)]
 
 
 def compare_file(
@@ -124,7 +127,8 @@ class Contest:
         """The rows of one tolerance, in the order of the methods."""
         empty = Row(self.file, text, "")
         yield replace(self.original, tolerance=text)
-        improved = self._improved(empty, options, tolerance)
+        standard, improved = self._ours(empty, options, tolerance)
+        yield standard
         yield improved
         for name, decimator in self._decimators.items():
             yield self._at_same_deviation(replace(empty, method=name), decimator, improved, tolerance)
@@ -133,11 +137,31 @@ class Contest:
             row = replace(empty, method=peer.name)
             yield self._at_same_deviation(row, self._asked[peer.name], improved, tolerance)
 
-    def _improved(self, row: Row, options: Options, tolerance: float) -> Row:
-        lights, report = simplify_scene(self.scene, options)
-        surface = surface_of(self.scene, lights)
-        row = replace(row, method="improved", bound=report.deviation, seconds=report.seconds)
-        return self._row(row, surface, self.judge.deviation(surface), tolerance)
+    def _ours(self, row: Row, options: Options, tolerance: float) -> tuple[Row, Row]:
+        """Standard and improved, of which the first starts from what the second found."""
+        outcomes, report = simplify_meshes(self.scene, options, with_layout=True)
+        improved = replace(
+            row,
+            method="improved",
+            bound=report.deviation,
+            seconds=report.seconds,
+            statistics=asdict(sum((outcome.statistics for outcome in outcomes), Statistics())),
+        )
+        start = time.perf_counter()
+        made = standard_surface(self.scene, outcomes)
+        standard = replace(
+            row,
+            method="standard",
+            # The facets that it starts from had to be found as well.
+            seconds=report.seconds + time.perf_counter() - start,
+            note=made.note,
+            statistics=asdict(made.statistics),
+        )
+        light = surface_of(self.scene, [outcome.light for outcome in outcomes])
+        return (
+            self._row(standard, made.surface, self.judge.deviation(made.surface), tolerance),
+            self._row(improved, light, self.judge.deviation(light), tolerance),
+        )
 
     def _at_same_deviation(self, row: Row, decimator: Decimator, improved: Row, tolerance: float) -> Row:
         """The fewest points within the deviation of `improved`, or why there are none."""

@@ -110,16 +110,21 @@ def _together(names: list[str]) -> str:
 
 
 def _statistics(rows: list[Row]) -> list[str]:
-    """What the triangulations did, one line for each method that tells."""
-    return [_wrapped(f"  {row.method}: ", _triangulated(row.statistics)) for row in rows if row.statistics]
+    """What the triangulations did, the methods that tell beside each other."""
+    telling = [row for row in rows if row.statistics]
+    if not telling:
+        return []
 
+    def beside(name: str) -> str:
+        return " / ".join(f"{row.statistics[name]:,}" for row in telling)
 
-def _triangulated(counts: dict[str, float]) -> str:
-    walked = counts["walked"] / max(counts["located"], 1)
-    return (
-        f"{counts['by_poles']:,} orientation tests by poles, {counts['by_determinant']:,} by determinant;"
-        f" {walked:.2f} triangles walked per located point; {counts['flips']:,} diagonals swapped"
+    walked = (row.statistics["walked"] / max(row.statistics["located"], 1) for row in telling)
+    told = (
+        f"orientation tests by poles {beside('by_poles')}, by determinant {beside('by_determinant')};"
+        f" triangles walked per located point {' / '.join(f'{mean:.2f}' for mean in walked)};"
+        f" diagonals swapped {beside('flips')}"
     )
+    return [_wrapped(f"  {' / '.join(row.method for row in telling)}: ", told)]
 
 
 def _wrapped(head: str, text: str) -> str:
