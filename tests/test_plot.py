@@ -193,5 +193,5 @@ def test_the_command_draws_what_it_compared(tmp_path: Path) -> None:
 
 def test_the_command_refuses_other_files_before_it_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", str(tmp_path / "not there.obj"), "--plot", str(tmp_path / "a.pdf")]) == 2
-    assert "--plot: a chart cannot be written as '.pdf'" in capsys.readouterr().err
+    assert "a chart cannot be written as '.pdf'" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []

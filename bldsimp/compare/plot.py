@@ -309,20 +309,21 @@ def name_places(axes: Axes, comparison: Comparison) -> None:
 
 
 def tell(axes: Axes, x: Sequence[float], y: Sequence[int]) -> None:
-    """Write the counts beside the points of a line, above where the line has a peak."""
+    """Write the counts below the points of a line; to the right of those that it comes up to."""
     for k, (place, count) in enumerate(zip(x, y, strict=True)):
-        beside = [*y[max(k - 1, 0) : k], *y[k + 1 : k + 2]]
-        above = bool(beside) and count * len(beside) > sum(beside)
+        rises = k > 0 and count > y[k - 1]
         axes.annotate(
             f"{count:,}",
             (place, count),
-            xytext=(0, 6 if above else -6),
+            xytext=(5 if rises else 0, -6),
             textcoords="offset points",
-            ha="center",
-            va="bottom" if above else "top",
+            ha="left" if rises else "center",
+            va="top",
             fontsize=7.5,
             color=LINES["improved"].colour,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8},
+            # Above the names of tolerances, below every line.
+            zorder=1.5,
         )
 
 
