@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import stat
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..errors import UsageError
+from ..errors import InputError, UsageError
 
 FORMATS = ("obj", "ply", "off", "stl", "glb", "gltf")
 """Read and written; what else is read is trimesh's to say."""
@@ -20,8 +22,21 @@ class Endpoint:
     format: str
 
     def data(self) -> Path | bytes:
-        """What to read: the path, or all of standard input."""
-        return sys.stdin.buffer.read() if self.path is None else self.path
+        """What to read: the path, or all of standard input.
+
+        Raises
+        ------
+        InputError
+            Standard input is closed or cannot be read.
+        """
+        if self.path is not None:
+            return self.path
+        if sys.stdin is None:
+            raise InputError("standard input is closed: give a file, or a pipe")
+        try:
+            return sys.stdin.buffer.read()
+        except OSError as error:
+            raise InputError(f"standard input: cannot be read: {error.strerror}") from None
 
 
 def endpoint_in(text: str, format_: str | None) -> Endpoint:
@@ -33,7 +48,7 @@ def endpoint_in(text: str, format_: str | None) -> Endpoint:
         IN is a directory, or its format is unknown.
     """
     path = None if text == "-" else Path(text)
-    if path is not None and path.is_dir():
+    if path is not None and os.path.isdir(path):
         raise UsageError(f"{path}: is a directory: give a file")
     found = _format(path, format_, "IN", "--from")
     if found not in FORMATS and found not in _others():
@@ -65,11 +80,17 @@ def check_output(path: Path, name: str, overwrite: bool) -> None:
     ------
     UsageError
     """
-    if path.is_dir():
+    if os.path.isdir(path):
         raise UsageError(f"{path}: is a directory: {name} must be a file")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise UsageError(f"{path}: the folder '{path.parent}' does not exist: make it first")
-    if path.is_file() and not overwrite:
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be {name}: {error.strerror}") from None
+    if stat.S_ISREG(mode) and not overwrite:
         raise UsageError(f"{path}: exists: give --overwrite to replace it")
 
 
