@@ -108,7 +108,9 @@ def test_the_figures_are_those_of_today(figures: Path) -> None:
     assert list(shown) == list(today)
     for key, row in today.items():
         for name in ("points", "triangles", "watertight", "border_made", "note"):
-            assert row[name] == shown[key][name], (key, name)
+            assert row[name] == shown[key][name], (
+                f"{key}: run examples/compare_buildings.py, and see what the text says"
+            )
     made = sorted(path.name for path in figures.iterdir())
     assert made == ["building_a_methods.png", "building_b_methods.png", "buildings.csv", "points.svg"]
     assert all((ROOT / "docs" / name).stat().st_size > 10_000 for name in made if name != "buildings.csv")
