@@ -63,9 +63,9 @@ def _hardly_thinned(points: Points, faces: Faces, facets: _core.Facets, done: As
     A curved surface can be cut into facets in many ways, and any cut of the result of a run finds a few more
     points to drop. That is not worth moving the surface once more.
     """
-    curved = np.flatnonzero(facets.curved[facets.facet_of_face])
-    if len(curved) == 0:
+    if not facets.curved.any():
         return np.zeros_like(facets.curved)
+    curved = np.flatnonzero(facets.curved[facets.facet_of_face])
     component = _core.find_components(faces, len(points))
     key = np.unique(np.repeat(component[curved].astype(np.int64), 3) * len(points) + faces[curved].reshape(-1))
     owner, point = np.divmod(key, len(points))
