@@ -48,10 +48,11 @@ std::span<const T> flat(const In<T, nb::shape<-1>>& array) {
 }
 
 // Hands a vector over to NumPy without a copy; `Scalar` is what its items are made of.
-template <class Scalar, class Item>
-auto give(std::vector<Item>&& items) {
-  auto* owned = new std::vector<Item>(std::move(items));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<Item>*>(p); });
+template <class Scalar, class Item, class Allocator>
+auto give(std::vector<Item, Allocator>&& items) {
+  using Items = std::vector<Item, Allocator>;
+  auto* owned = new Items(std::move(items));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<Items*>(p); });
   constexpr std::size_t width = sizeof(Item) / sizeof(Scalar);
   auto* data = reinterpret_cast<Scalar*>(owned->data());
   if constexpr (width == 1)
@@ -61,8 +62,8 @@ auto give(std::vector<Item>&& items) {
 }
 
 // A read-only view of a vector inside a kernel's result, which it keeps alive.
-template <class Scalar, class Item>
-auto view(nb::handle owner, const std::vector<Item>& items) {
+template <class Scalar, class Item, class Allocator>
+auto view(nb::handle owner, const std::vector<Item, Allocator>& items) {
   constexpr std::size_t width = sizeof(Item) / sizeof(Scalar);
   auto* data = reinterpret_cast<const Scalar*>(items.data());
   if constexpr (width == 1)
@@ -71,8 +72,8 @@ auto view(nb::handle owner, const std::vector<Item>& items) {
     return nb::ndarray<nb::numpy, const Scalar>(data, {items.size(), width}, owner);
 }
 
-template <class Scalar, class Result, class Item, class Class>
-void def_view(Class& c, const char* name, std::vector<Item> Result::*member) {
+template <class Scalar, class Result, class Items, class Class>
+void def_view(Class& c, const char* name, Items Result::*member) {
   c.def_prop_ro(name, [member](nb::handle self) {
     return view<Scalar>(self, nb::cast<const Result&>(self).*member);
   });

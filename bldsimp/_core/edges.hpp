@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "array.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
@@ -50,7 +51,7 @@ class EdgeBuckets {
   Index upper(Index h) const { return std::max(origin(faces_, h), target(faces_, h)); }
 
   std::span<const Face> faces_;
-  std::vector<Index> end_, bucketed_;
+  Array<Index> end_, bucketed_;
 };
 
 }  // namespace bldsimp

@@ -30,7 +30,7 @@ class FaceSets {
   }
 
  private:
-  std::vector<Index> parent_;
+  Array<Index> parent_;
 };
 
 // The slab between two parallel planes that holds some points.
@@ -170,7 +170,7 @@ class FacetFinder {
   }
 
   FaceSets join_across_flat_edges() const {
-    std::vector<std::uint8_t> flat(twin_.size());
+    Array<std::uint8_t> flat(twin_.size());
     parallel_for(twin_.size(), [&](std::size_t begin, std::size_t end) {
       for (Index h = static_cast<Index>(begin); h < static_cast<Index>(end); ++h)
         flat[h] = twin_[h] > h && flat_across(h, twin_[h]);
@@ -183,11 +183,11 @@ class FacetFinder {
 
   void accept_or_grow(FaceSets& candidates) {
     const Index count = static_cast<Index>(faces_.size());
-    std::vector<Index> start(count + 1, 0), members(count);
+    Array<Index> start(count + 1, 0), members(count);
     candidate_.resize(count);
     for (Index f = 0; f < count; ++f) ++start[(candidate_[f] = candidates.find(f)) + 1];
     std::partial_sum(start.begin(), start.end(), start.begin());
-    std::vector<Index> cursor(start.begin(), start.end() - 1);
+    Array<Index> cursor(start.begin(), start.end() - 1);
     for (Index f = 0; f < count; ++f) members[cursor[candidate_[f]]++] = f;
     std::vector<Index> roots;
     for (Index f = 0; f < count; ++f)
@@ -427,10 +427,10 @@ class FacetFinder {
   std::span<const Index> label_;
   Vec3 origin_;
   FacetLimits limits_;
-  std::vector<Vec3> area_vector_;     // per face, twice its area long
-  std::vector<std::int8_t> longest_;  // corner at which the longest edge starts, and needle_bit
-  std::vector<Index> candidate_;  // per face the least face of its candidate
-  std::vector<Index> facet_of_face_;
+  Array<Vec3> area_vector_;    // per face, twice its area long
+  Array<std::int8_t> longest_; // corner at which the longest edge starts, and needle_bit
+  Array<Index> candidate_;  // per face the least face of its candidate
+  Array<Index> facet_of_face_;
   std::vector<Plane> planes_;
   std::vector<Index> region_;
 };
@@ -452,7 +452,7 @@ Facets split_off(const Facets& facets, std::span<const Index> cut) {
 }
 
 Grouped group_faces(const Facets& facets) {
-  Grouped grouped{std::vector<Index>(facets.planes.size() + 1, 0), std::vector<Index>(facets.facet_of_face.size())};
+  Grouped grouped{Array<Index>(facets.planes.size() + 1, 0), Array<Index>(facets.facet_of_face.size())};
   for (const Index facet : facets.facet_of_face) ++grouped.start[facet + 1];
   std::partial_sum(grouped.start.begin(), grouped.start.end(), grouped.start.begin());
   std::vector<Index> cursor(grouped.start.begin(), grouped.start.end() - 1);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "array.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
@@ -16,7 +17,7 @@ struct Plane {
 };
 
 struct Facets {
-  std::vector<Index> facet_of_face;
+  Array<Index> facet_of_face;
   std::vector<Plane> planes;
 };
 
@@ -36,7 +37,7 @@ Facets split_off(const Facets& facets, std::span<const Index> cut);
 
 // Faces in the order of their facets: those of facet f are order[start[f]] .. order[start[f + 1] - 1].
 struct Grouped {
-  std::vector<Index> start, order;
+  Array<Index> start, order;
 };
 Grouped group_faces(const Facets& facets);
 

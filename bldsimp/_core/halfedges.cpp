@@ -35,7 +35,7 @@ struct Pairing {
 
   // Pairs what `matches` pairs uniquely: each of the two is the other's only match.
   template <class Matches>
-  void pair_unique(std::span<const Index> group, std::vector<Index>& twin, Matches matches) const {
+  void pair_unique(std::span<const Index> group, Array<Index>& twin, Matches matches) const {
     const auto only_match = [&](Index h) {
       Index found = -1;
       for (const Index g : group) {
@@ -58,7 +58,7 @@ struct Pairing {
   }
 
   // Pairs the halfedges of one edge, and counts and notes it in `own`.
-  void pair(std::span<const Index> edge, std::vector<Index>& twin, Halfedges& own) const {
+  void pair(std::span<const Index> edge, Array<Index>& twin, Halfedges& own) const {
     own.open_edges += edge.size() == 1;
     own.nonmanifold_edges += edge.size() > 2;
     if (edge.size() == 1) return;

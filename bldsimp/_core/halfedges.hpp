@@ -4,12 +4,13 @@
 #include <span>
 #include <vector>
 
+#include "array.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
 
 struct Halfedges {
-  std::vector<Index> twin;  // -1 where there is none
+  Array<Index> twin;  // -1 where there is none
   // Edges that are not shared by exactly two faces in opposite directions nor used by one face alone:
   // the halfedges of group g are members[start[g]] .. members[start[g + 1] - 1].
   std::vector<Index> group_start{0};

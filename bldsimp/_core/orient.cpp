@@ -37,8 +37,8 @@ class Windings {
   }
 
  private:
-  std::vector<Index> parent_;
-  std::vector<std::uint8_t> odd_;
+  Array<Index> parent_;
+  Array<std::uint8_t> odd_;
 };
 
 class Orienter {
@@ -113,7 +113,7 @@ class Orienter {
 
   // A component is closed if on each of its edges as many of its halfedges run one way as the other.
   void find_open_components() {
-    std::vector<std::uint8_t> grouped(halfedges_.twin.size(), 0);
+    Array<std::uint8_t> grouped(halfedges_.twin.size(), 0);
     std::vector<std::pair<Index, int>> balance;
     halfedges_.for_groups([&](std::span<const Index> edge) {
       balance.clear();
@@ -134,7 +134,7 @@ class Orienter {
   }
 
   void turn_inside_out() {
-    std::vector<double> volume(faces_.size(), 0), magnitude(faces_.size(), 0);
+    Array<double> volume(faces_.size(), 0), magnitude(faces_.size(), 0);
     for (Index f = 0; f < count(); ++f) {
       const Index c = component_[f];
       if (!closed_[c] || !may_turn_[c]) continue;
@@ -172,9 +172,9 @@ class Orienter {
   const Halfedges& halfedges_;
   std::span<const Face> rows_;
   Windings windings_;
-  std::vector<Index> component_;  // per face the least face of its component
-  std::vector<std::uint8_t> turned_;
-  std::vector<std::uint8_t> may_turn_, closed_;  // per component
+  Array<Index> component_;  // per face the least face of its component
+  Array<std::uint8_t> turned_;
+  Array<std::uint8_t> may_turn_, closed_;  // per component
 };
 
 }  // namespace

@@ -94,7 +94,7 @@ class Tracer {
       for (const Index p : edge) ++edges_at_start_[p + 1];
     std::partial_sum(edges_at_start_.begin(), edges_at_start_.end(), edges_at_start_.begin());
     edges_at_.resize(2 * edges_.size());
-    std::vector<Index> cursor(edges_at_start_.begin(), edges_at_start_.end() - 1);
+    Array<Index> cursor(edges_at_start_.begin(), edges_at_start_.end() - 1);
     for (Index e = 0; e < static_cast<Index>(edges_.size()); ++e)
       for (const Index p : edges_[e]) edges_at_[cursor[p]++] = e;
   }
@@ -128,7 +128,7 @@ class Tracer {
     for (Index p = 0; p < points_; ++p)
       if (!edges_at(p).empty() && !runs_through(p)) outlines_.is_corner[p] = 1;
 
-    std::vector<Index> corners_left(points_, 0);
+    Array<Index> corners_left(points_, 0);
     for (const Face& face : faces_)
       for (const Index p : face) ++corners_left[p];
     for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
@@ -140,7 +140,7 @@ class Tracer {
   // What is left of a point's corners belongs to closed fans: a single one, alone, may go. Inside a
   // two-sided sheet all edges are shared: there the point may go from both sides.
   void find_touching(std::span<const Index> corners_left) {
-    std::vector<Index> inner_halfedge(points_, -1);
+    Array<Index> inner_halfedge(points_, -1);
     for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
       if (!(flags_[h] & outline)) inner_halfedge[origin(h)] = h;
     touches_.assign(points_, 0);
@@ -232,12 +232,12 @@ class Tracer {
   std::span<const Index> facet_;
   std::span<const std::uint8_t> frozen_;
   Outlines outlines_;
-  std::vector<std::uint8_t> flags_;  // per halfedge
+  Array<std::uint8_t> flags_;  // per halfedge
   std::vector<std::array<Index, 2>> edges_;
   std::vector<Index> edge_use_start_{0};
   std::vector<Use> edge_uses_;
-  std::vector<Index> edges_at_start_, edges_at_;
-  std::vector<std::uint8_t> touches_;  // per point: sheets touch there
+  Array<Index> edges_at_start_, edges_at_;
+  Array<std::uint8_t> touches_;  // per point: sheets touch there
   std::vector<std::uint8_t> walked_;
 };
 

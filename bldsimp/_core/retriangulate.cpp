@@ -269,8 +269,8 @@ class Retriangulator {
   const FacetParts& parts_;
   const Runs& runs_;
   Triangulator triangulator_;
-  std::vector<Index> local_of_point_;
-  std::vector<Index> facet_of_point_;  // the facet whose points were counted last
+  Array<Index> local_of_point_;
+  Array<Index> facet_of_point_;  // the facet whose points were counted last
   std::vector<Index> point_of_local_;
   std::vector<std::array<Index, 2>> segments_;
   std::vector<Index> piece_of_segment_;

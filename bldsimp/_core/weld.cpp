@@ -32,15 +32,15 @@ std::uint64_t hash(Vec3 p) {
 // Fills `position_of_row` with the number of each used row's position, in order of first use; returns one
 // row for each position. Rows are hashed in blocks, so that the slots of a block are on their way from
 // memory together.
-std::vector<Index> distinct_positions(std::span<const Vec3> rows, std::span<const Face> faces,
-                                      std::vector<Index>& position_of_row) {
+Array<Index> distinct_positions(std::span<const Vec3> rows, std::span<const Face> faces,
+                                      Array<Index>& position_of_row) {
   position_of_row.assign(rows.size(), -1);
-  std::vector<std::uint8_t> used(rows.size(), 0);
+  Array<std::uint8_t> used(rows.size(), 0);
   for (const Face& face : faces)
     for (const Index row : face) used[row] = 1;
-  std::vector<Index> first_row;
+  Array<Index> first_row;
   first_row.reserve(rows.size());
-  std::vector<Index> slots(std::bit_ceil(std::max<std::size_t>(16, 2 * rows.size())), -1);
+  Array<Index> slots(std::bit_ceil(std::max<std::size_t>(16, 2 * rows.size())), -1);
   const std::size_t mask = slots.size() - 1;
   constexpr std::size_t block = 32;
   std::array<std::size_t, block> home;
@@ -106,7 +106,7 @@ std::uint64_t rising_bits(double x) {
 
 // Positions in lexicographic order: by 32 bits of x in two counting passes, then by all coordinates where
 // those are equal. Four times as fast as comparing all the way.
-std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> first_row) {
+Array<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> first_row) {
   struct Entry {
     std::uint32_t x;
     Index position;
@@ -119,7 +119,7 @@ std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const In
     greatest = std::max(greatest, bits_of(i));
   }
   const int shift = std::max(0, static_cast<int>(std::bit_width(greatest - least)) - 32);
-  std::vector<Entry> entries(first_row.size()), sorted(first_row.size());
+  Array<Entry> entries(first_row.size()), sorted(first_row.size());
   for (std::size_t i = 0; i < entries.size(); ++i)
     entries[i] = {static_cast<std::uint32_t>((bits_of(i) - least) >> shift), static_cast<Index>(i)};
   for (const int digit : {0, 16}) {
@@ -136,7 +136,7 @@ std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const In
     });
     from = to;
   }
-  std::vector<Index> order(entries.size());
+  Array<Index> order(entries.size());
   std::transform(entries.begin(), entries.end(), order.begin(), [](const Entry& e) { return e.position; });
   return order;
 }
@@ -160,12 +160,12 @@ void sort_faces(std::span<const Face> input, Welded& welded) {
     bool operator<(const Entry& e) const { return others != e.others ? others < e.others : source < e.source; }
   };
   const auto& points = welded.point_of_row;
-  std::vector<Index> end(welded.points.size() + 1, 0);
+  Array<Index> end(welded.points.size() + 1, 0);
   Face face;
   for (Face rows : input)
     if (turn_least_first(face, rows, points)) ++end[face[0] + 1];
   std::partial_sum(end.begin(), end.end(), end.begin());
-  std::vector<Entry> entries(end.back());
+  Array<Entry> entries(end.back());
   for (std::size_t f = 0; f < input.size(); ++f) {
     Face rows = input[f];
     if (!turn_least_first(face, rows, points)) continue;
@@ -204,10 +204,10 @@ void sort_faces(std::span<const Face> input, Welded& welded) {
 
 Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance) {
   Welded welded;
-  const std::vector<Index> first_row = distinct_positions(rows, faces, welded.point_of_row);
+  const Array<Index> first_row = distinct_positions(rows, faces, welded.point_of_row);
 
-  const std::vector<Index> order = sort_positions(rows, first_row);
-  std::vector<Index> point_of_class(order.size());
+  const Array<Index> order = sort_positions(rows, first_row);
+  Array<Index> point_of_class(order.size());
   welded.points.reserve(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     point_of_class[order[i]] = static_cast<Index>(i);

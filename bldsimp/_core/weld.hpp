@@ -5,16 +5,17 @@
 #include <span>
 #include <vector>
 
+#include "array.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
 
 struct Welded {
-  std::vector<Vec3> points;         // distinct positions that a face uses, in lexicographic order
-  std::vector<Index> point_of_row;  // -1 where no face uses the row
-  std::vector<Face> faces;          // least point first, winding kept; in lexicographic order
-  std::vector<Face> rows;           // the input rows of each face's corners
-  std::vector<Index> source;        // input face of each face
+  Array<Vec3> points;         // distinct positions that a face uses, in lexicographic order
+  Array<Index> point_of_row;  // -1 where no face uses the row
+  Array<Face> faces;          // least point first, winding kept; in lexicographic order
+  Array<Face> rows;           // the input rows of each face's corners
+  Array<Index> source;        // input face of each face
   Index degenerate = 0;             // faces dropped since they repeat a point
   Index duplicate = 0;              // faces dropped since they copy another with the same winding
   double moved = 0;                 // greatest distance between a row and its point
