@@ -94,7 +94,8 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
     origin, diagonal, slack = _frame(mesh.box)
     within = tolerance - slack - welded.moved if tolerance > 2 * slack + welded.moved else 0.0
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
-    faces, rows, halfedges, turned = _oriented(welded, pinned, width)
+    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source)
+    faces, halfedges, turned = _oriented(welded, rows, pinned, width)
     label = np.where(pinned, np.int32(-1), part)
     facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle, math.sqrt(within**2 - width**2))
     frozen = np.zeros(len(facets.planes), np.uint8)
@@ -151,18 +152,17 @@ def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int
 
 
 def _oriented(
-    welded: _core.Welded, pinned: NDArray[np.bool_], width: float
-) -> tuple[Faces, Faces, _core.Halfedges, int]:
-    """Faces, their rows and halfedges with consistent, outward winding, and how many faces that turned."""
-    points, faces, rows = welded.points, welded.faces, welded.rows
-    halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
+    welded: _core.Welded, rows: _core.Rows, pinned: NDArray[np.bool_], width: float
+) -> tuple[Faces, _core.Halfedges, int]:
+    """Faces and halfedges with consistent, outward winding, and how many faces that turned."""
+    points, faces = welded.points, welded.faces
+    halfedges = _core.pair_halfedges(points, faces, rows, width)
     turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
     if len(turned):
-        faces, rows = faces.copy(), rows.copy()
-        for corners in (faces, rows):
-            corners[turned] = corners[turned][:, [0, 2, 1]]
-        halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
-    return faces, rows, halfedges, len(turned)
+        faces = faces.copy()
+        faces[turned] = faces[turned][:, [0, 2, 1]]
+        halfedges = _core.pair_halfedges(points, faces, rows, width)
+    return faces, halfedges, len(turned)
 
 
 def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
@@ -178,7 +178,7 @@ def _in_rows(
     mesh: Mesh,
     assembled: Assembled,
     faces: Faces,
-    rows: Faces,
+    rows: _core.Rows,
     facet_of_face: Indices,
     part: Indices,
     passed_on: NDArray[np.bool_],

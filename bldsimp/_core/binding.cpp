@@ -79,12 +79,21 @@ void def_view(Class& c, const char* name, Items Result::*member) {
   });
 }
 
+// Arrays of which `Rows` looks at the data.
+struct RowArrays {
+  Faces3 input;
+  Indices point_of_row, source;
+};
+Rows seen(const RowArrays* arrays) {
+  if (!arrays) return {};
+  return {rows<Face>(arrays->input), flat(arrays->point_of_row), flat(arrays->source)};
+}
+
 void bind_mesh(nb::module_& m) {
   nb::class_<Welded> welded(m, "Welded");
   def_view<double>(welded, "points", &Welded::points);
   def_view<Index>(welded, "point_of_row", &Welded::point_of_row);
   def_view<Index>(welded, "faces", &Welded::faces);
-  def_view<Index>(welded, "rows", &Welded::rows);
   def_view<Index>(welded, "source", &Welded::source);
   welded.def_ro("degenerate", &Welded::degenerate)
       .def_ro("duplicate", &Welded::duplicate)
@@ -96,6 +105,14 @@ void bind_mesh(nb::module_& m) {
         return weld(rows<Vec3>(points), rows<Face>(faces), distance);
       },
       "points"_a, "faces"_a, "distance"_a);
+
+  nb::class_<RowArrays>(m, "Rows")
+      .def(
+          "__init__",
+          [](RowArrays* self, Faces3 input, Indices point_of_row, Indices source) {
+            new (self) RowArrays{std::move(input), std::move(point_of_row), std::move(source)};
+          },
+          "input"_a, "point_of_row"_a, "source"_a);
 
   nb::class_<Halfedges> halfedges(m, "Halfedges");
   def_view<Index>(halfedges, "twin", &Halfedges::twin);
@@ -113,23 +130,23 @@ void bind_mesh(nb::module_& m) {
       "faces"_a, "point_count"_a);
   m.def(
       "pair_halfedges",
-      [](Points3 points, Faces3 faces, Indices row_of_corner, double width) {
+      [](Points3 points, Faces3 faces, const RowArrays* face_rows, double width) {
         nb::gil_scoped_release release;
-        return pair_halfedges(rows<Vec3>(points), rows<Face>(faces), flat(row_of_corner), width);
+        return pair_halfedges(rows<Vec3>(points), rows<Face>(faces), seen(face_rows), width);
       },
-      "points"_a, "faces"_a, "row_of_corner"_a, "width"_a);
+      "points"_a, "faces"_a, "rows"_a.none(), "width"_a);
 
   m.def(
       "find_turned",
-      [](Points3 points, Faces3 faces, const Halfedges& h, Faces3 face_rows, Bytes fixed) {
+      [](Points3 points, Faces3 faces, const Halfedges& h, const RowArrays& face_rows, Bytes fixed) {
         std::vector<Index> turned;
         {
           nb::gil_scoped_release release;
-          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), h, rows<Face>(face_rows), flat(fixed));
+          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), h, seen(&face_rows), flat(fixed));
         }
         return give<Index>(std::move(turned));
       },
-      "points"_a, "faces"_a, "halfedges"_a, "face_rows"_a, "fixed"_a);
+      "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "fixed"_a);
 
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
@@ -272,17 +289,17 @@ void bind_mesh(nb::module_& m) {
 
   m.def(
       "find_rows",
-      [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, Faces3 face_rows, Indices facet_of_face,
+      [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,
          Bytes kept) {
         std::vector<Face> found;
         {
           nb::gil_scoped_release release;
           found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces),
-                            rows<Face>(face_rows), flat(facet_of_face), flat(kept));
+                            seen(&face_rows), flat(facet_of_face), flat(kept));
         }
         return give<Index>(std::move(found));
       },
-      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "face_rows"_a, "facet_of_face"_a, "kept"_a);
+      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "kept"_a);
 }
 
 // Signs of a predicate over rows of equal length.

@@ -12,14 +12,14 @@ namespace {
 struct Pairing {
   std::span<const Vec3> points;
   std::span<const Face> faces;
-  std::span<const Index> row_of_corner;
+  const Rows& rows;
   double width;
 
   Index start(Index h) const { return origin(faces, h); }
 
   bool same_rows(Index h, Index g) const {
-    return row_of_corner[h] == row_of_corner[next_halfedge(g)] &&
-           row_of_corner[next_halfedge(h)] == row_of_corner[g];
+    return rows.at(h / 3, start(h)) == rows.at(g / 3, target(faces, g)) &&
+           rows.at(h / 3, target(faces, h)) == rows.at(g / 3, start(g));
   }
 
   // The faces lie in one plane, on both sides of the edge, and face the same way.
@@ -77,8 +77,8 @@ struct Pairing {
 }  // namespace
 
 Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces,
-                         std::span<const Index> row_of_corner, double width) {
-  const Pairing pairing{points, faces, row_of_corner, width};
+                         const Rows& rows, double width) {
+  const Pairing pairing{points, faces, rows, width};
   Halfedges result;
   result.twin.assign(3 * faces.size(), -1);
   const EdgeBuckets buckets(faces, static_cast<Index>(points.size()));

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "array.hpp"
+#include "rows.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
@@ -29,9 +30,9 @@ struct Halfedges {
 // Twins are the two opposite halfedges of an edge. Where more than two faces meet they are sought
 // among those that share the file's own rows, then among those whose faces lie in one plane within
 // `width` and face the same way; what is not unique stays without a twin.
-// `row_of_corner` has the file's row of each corner of `faces`. O(halfedges).
+// O(halfedges).
 Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces,
-                         std::span<const Index> row_of_corner, double width);
+                         const Rows& rows, double width);
 
 // Edges of one face, and edges of more than two. O(faces).
 std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count);

@@ -44,7 +44,7 @@ class Windings {
 class Orienter {
  public:
   Orienter(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-           std::span<const Face> rows, std::span<const std::uint8_t> fixed)
+           const Rows& rows, std::span<const std::uint8_t> fixed)
       : points_(points), faces_(faces), halfedges_(halfedges), rows_(rows), windings_(faces.size()),
         component_(faces.size()), turned_(faces.size(), 0), may_turn_(faces.size(), 1), closed_(faces.size(), 1) {
     for (std::size_t f = 0; f < fixed.size(); ++f) may_turn_[f] = !fixed[f];
@@ -92,7 +92,9 @@ class Orienter {
 
   // The one other halfedge of an edge that joins the same two rows of the file; -1 if there are more.
   Index only_row_mate(Index h, std::span<const Index> edge) const {
-    const auto ends = [&](Index g) { return std::minmax({origin(rows_, g), target(rows_, g)}); };
+    const auto ends = [&](Index g) {
+      return std::minmax({rows_.at(g / 3, origin(faces_, g)), rows_.at(g / 3, target(faces_, g))});
+    };
     Index found = -1;
     for (const Index g : edge) {
       if (g == h || ends(g) != ends(h)) continue;
@@ -170,7 +172,7 @@ class Orienter {
   std::span<const Vec3> points_;
   std::span<const Face> faces_;
   const Halfedges& halfedges_;
-  std::span<const Face> rows_;
+  const Rows& rows_;
   Windings windings_;
   Array<Index> component_;  // per face the least face of its component
   Array<std::uint8_t> turned_;
@@ -180,7 +182,7 @@ class Orienter {
 }  // namespace
 
 std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-                               std::span<const Face> rows, std::span<const std::uint8_t> fixed) {
+                               const Rows& rows, std::span<const std::uint8_t> fixed) {
   return Orienter(points, faces, halfedges, rows, fixed).find();
 }
 

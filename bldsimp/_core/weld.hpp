@@ -14,7 +14,6 @@ struct Welded {
   Array<Vec3> points;         // distinct positions that a face uses, in lexicographic order
   Array<Index> point_of_row;  // -1 where no face uses the row
   Array<Face> faces;          // least point first, winding kept; in lexicographic order
-  Array<Face> rows;           // the input rows of each face's corners
   Array<Index> source;        // input face of each face
   Index degenerate = 0;             // faces dropped since they repeat a point
   Index duplicate = 0;              // faces dropped since they copy another with the same winding
