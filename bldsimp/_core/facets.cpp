@@ -8,30 +8,13 @@
 #include <tuple>
 
 #include "edges.hpp"
+#include "face_sets.hpp"
 #include "parallel.hpp"
 #include "plane_fit.hpp"
 #include "predicates.hpp"
 
 namespace bldsimp {
 namespace {
-
-// Sets of faces, joined; the root is the least face, so that the result knows no order.
-class FaceSets {
- public:
-  explicit FaceSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-  Index find(Index f) {
-    while (parent_[f] != f) f = parent_[f] = parent_[parent_[f]];
-    return f;
-  }
-  void join(Index f, Index g) {
-    f = find(f);
-    g = find(g);
-    parent_[std::max(f, g)] = std::min(f, g);
-  }
-
- private:
-  Array<Index> parent_;
-};
 
 // The slab between two parallel planes that holds some points.
 struct Slab {
@@ -56,8 +39,8 @@ class FacetFinder {
   }
 
   Facets find() {
-    FaceSets candidates = join_across_flat_edges();
-    accept_or_grow(candidates);
+    candidate_ = join_across(twin_, [&](Index h, Index t) { return flat_across(h, t); });
+    accept_or_grow();
     return number_by_first_face();
   }
 
@@ -75,17 +58,14 @@ class FacetFinder {
   }
 
   void measure_face(Index f) {
-    double longest = -1;
-    for (int i = 0; i < 3; ++i) {
-      const Vec3 d = corner(f, (i + 1) % 3) - corner(f, i);
-      if (dot(d, d) > longest) {
-        longest = dot(d, d);
-        longest_[f] = static_cast<std::int8_t>(i);
-      }
-    }
-    const Vec3 n = cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0));
+    const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
+    const auto squared = [](Vec3 d) { return dot(d, d); };
+    const double ab = squared(b - a), bc = squared(c - b), ca = squared(a - c);
+    const double longest = std::max({ab, bc, ca});
+    const Vec3 n = cross(b - a, c - a);
+    const bool needle = squared(n) <= limits_.needle * limits_.needle * longest;
     area_vector_[f] = n;
-    if (dot(n, n) <= limits_.needle * limits_.needle * longest) longest_[f] |= needle_bit;
+    longest_[f] = static_cast<std::int8_t>((ab == longest ? 0 : bc == longest ? 1 : 2) | (needle ? needle_bit : 0));
   }
   bool is_needle(Index f) const { return (longest_[f] & needle_bit) != 0; }
   Index longest_halfedge(Index f) const { return 3 * f + (longest_[f] & 3); }
@@ -169,23 +149,10 @@ class FacetFinder {
     return dot(n, n) >= dot(m, m) ? in_plane_of(a, b) : in_plane_of(b, a);
   }
 
-  FaceSets join_across_flat_edges() const {
-    Array<std::uint8_t> flat(twin_.size());
-    parallel_for(twin_.size(), [&](std::size_t begin, std::size_t end) {
-      for (Index h = static_cast<Index>(begin); h < static_cast<Index>(end); ++h)
-        flat[h] = twin_[h] > h && flat_across(h, twin_[h]);
-    });
-    FaceSets sets(faces_.size());
-    for (Index h = 0; h < static_cast<Index>(twin_.size()); ++h)
-      if (flat[h]) sets.join(h / 3, twin_[h] / 3);
-    return sets;
-  }
-
-  void accept_or_grow(FaceSets& candidates) {
+  void accept_or_grow() {
     const Index count = static_cast<Index>(faces_.size());
     Array<Index> start(count + 1, 0), members(count);
-    candidate_.resize(count);
-    for (Index f = 0; f < count; ++f) ++start[(candidate_[f] = candidates.find(f)) + 1];
+    for (const Index root : candidate_) ++start[root + 1];
     std::partial_sum(start.begin(), start.end(), start.begin());
     Array<Index> cursor(start.begin(), start.end() - 1);
     for (Index f = 0; f < count; ++f) members[cursor[candidate_[f]]++] = f;
@@ -228,14 +195,14 @@ class FacetFinder {
       has_plane |= !is_needle(f);
     }
     if (has_plane || is_wider_than_needle(set)) slab.normal = unit(facing);
-    measure(set, slab);
+    slab = measured(slab, set);
     if (slab.width() <= limits_.width || set.size() == 1) return slab;
     Moments moments(corner(set[0], 0));
     for (const Index f : set) moments.add(corner(f, 0), corner(f, 1), corner(f, 2));
     Slab best;
     best.normal = moments.normal();
     if (dot(best.normal, facing) < 0) best.normal = -1.0 * best.normal;
-    measure(set, best);
+    best = measured(best, set);
     return best.width() < slab.width() ? best : slab;
   }
 
@@ -260,9 +227,10 @@ class FacetFinder {
   static Vec3 lower_corner(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
   static Vec3 upper_corner(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
-  void measure(std::span<const Index> set, Slab& slab) const {
+  Slab measured(Slab slab, std::span<const Index> set) const {
     for (const Index f : set)
       for (int i = 0; i < 3; ++i) slab.add(height_in(slab.normal, corner(f, i)));
+    return slab;
   }
 
   // Whether no face is turned over in the plane, but for needles that stay close to the others.

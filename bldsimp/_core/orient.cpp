@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "edges.hpp"
+#include "face_sets.hpp"
 
 namespace bldsimp {
 namespace {
@@ -10,9 +11,9 @@ namespace {
 // Sets of faces, each face with the parity of its winding against that of the set's root (its least face).
 class Windings {
  public:
-  explicit Windings(std::size_t count) : parent_(count), odd_(count, 0) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
+  // Twins run opposite ways already: they are joined as they are.
+  explicit Windings(std::span<const Index> twin)
+      : parent_(join_across(twin, [](Index, Index) { return true; })), odd_(parent_.size(), 0) {}
   std::pair<Index, bool> find(Index f) {
     bool odd = false;
     while (parent_[f] != f) {
@@ -45,10 +46,8 @@ class Orienter {
  public:
   Orienter(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
            const Rows& rows, std::span<const std::uint8_t> fixed)
-      : points_(points), faces_(faces), halfedges_(halfedges), rows_(rows), windings_(faces.size()),
-        component_(faces.size()), turned_(faces.size(), 0), may_turn_(faces.size(), 1), closed_(faces.size(), 1) {
-    for (std::size_t f = 0; f < fixed.size(); ++f) may_turn_[f] = !fixed[f];
-  }
+      : points_(points), faces_(faces), halfedges_(halfedges), rows_(rows), windings_(halfedges.twin),
+        fixed_(fixed), component_(faces.size()), turned_(faces.size(), 0) {}
 
   std::vector<Index> find() {
     join_components();
@@ -69,8 +68,6 @@ class Orienter {
 
   void join_components() {
     std::vector<Index> torn;  // faces whose component cannot be oriented
-    for (Index h = 0; h < 3 * count(); ++h)
-      if (halfedges_.twin[h] > h && !windings_.join(h / 3, halfedges_.twin[h] / 3, false)) torn.push_back(h / 3);
     const auto join = [&](Index h, Index g) {
       if (!windings_.join(h / 3, g / 3, runs_forward(h) == runs_forward(g))) torn.push_back(h / 3);
     };
@@ -83,10 +80,17 @@ class Orienter {
     });
     for (Index f = 0; f < count(); ++f) {
       const auto [root, odd] = windings_.find(f);
-      component_[f] = root;
+      if (root == f) {
+        component_[f] = static_cast<Index>(first_face_.size());
+        first_face_.push_back(f);
+        may_turn_.push_back(1);
+      } else {
+        component_[f] = component_[root];
+      }
       turned_[f] = odd;
-      if (!may_turn_[f]) may_turn_[root] = 0;
+      if (fixed_[f]) may_turn_[component_[f]] = 0;
     }
+    closed_.assign(first_face_.size(), 1);
     for (const Index f : torn) may_turn_[component_[f]] = 0;
   }
 
@@ -107,7 +111,7 @@ class Orienter {
   void turn_against_larger_area() {
     const bool any = std::any_of(turned_.begin(), turned_.end(), [](std::uint8_t t) { return t != 0; });
     if (!any) return;
-    std::vector<double> balance(faces_.size(), 0);
+    std::vector<double> balance(first_face_.size(), 0);
     for (Index f = 0; f < count(); ++f) balance[component_[f]] += (turned_[f] ? -1 : 1) * length(area_vector(f));
     for (Index f = 0; f < count(); ++f)
       turned_[f] = may_turn_[component_[f]] ? turned_[f] ^ (balance[component_[f]] < 0) : 0;
@@ -136,17 +140,20 @@ class Orienter {
   }
 
   void turn_inside_out() {
-    Array<double> volume(faces_.size(), 0), magnitude(faces_.size(), 0);
+    Array<double> part(faces_.size());  // of the volume, from a corner of the component
+    parallel_for(faces_.size(), [&](std::size_t begin, std::size_t end) {
+      for (Index f = static_cast<Index>(begin); f < static_cast<Index>(end); ++f)
+        part[f] = dot(corner(f, 0) - corner(first_face_[component_[f]], 0), area_vector(f));
+    });
+    std::vector<double> volume(first_face_.size(), 0), magnitude(first_face_.size(), 0);
     for (Index f = 0; f < count(); ++f) {
-      const Index c = component_[f];
-      if (!closed_[c] || !may_turn_[c]) continue;
-      const double part = dot(corner(f, 0) - corner(c, 0), area_vector(f));
-      volume[c] += turned_[f] ? -part : part;
-      magnitude[c] += std::abs(part);
+      volume[component_[f]] += turned_[f] ? -part[f] : part[f];
+      magnitude[component_[f]] += std::abs(part[f]);
     }
     std::vector<Index> inside_out;
-    for (Index c = 0; c < count(); ++c)
-      if (volume[c] < -1e-9 * magnitude[c] && lies_within(c) % 2 == 0) inside_out.push_back(c);
+    for (Index c = 0; c < std::ssize(first_face_); ++c)
+      if (closed_[c] && may_turn_[c] && volume[c] < -1e-9 * magnitude[c] && lies_within(c) % 2 == 0)
+        inside_out.push_back(c);
     if (inside_out.empty()) return;
     for (Index f = 0; f < count(); ++f)
       turned_[f] ^= std::binary_search(inside_out.begin(), inside_out.end(), component_[f]);
@@ -155,8 +162,9 @@ class Orienter {
   // How many other closed components enclose component c, by the solid angle under which each is seen
   // (van Oosterom and Strackee, 1983).
   int lies_within(Index c) const {
-    const Vec3 p = (1.0 / 3) * (corner(c, 0) + corner(c, 1) + corner(c, 2));
-    std::vector<double> angle(faces_.size(), 0);
+    const Index first = first_face_[c];
+    const Vec3 p = (1.0 / 3) * (corner(first, 0) + corner(first, 1) + corner(first, 2));
+    std::vector<double> angle(first_face_.size(), 0);
     for (Index f = 0; f < count(); ++f) {
       if (component_[f] == c || !closed_[component_[f]]) continue;
       const Vec3 u = corner(f, 0) - p, v = corner(f, 1) - p, w = corner(f, 2) - p;
@@ -174,9 +182,11 @@ class Orienter {
   const Halfedges& halfedges_;
   const Rows& rows_;
   Windings windings_;
-  Array<Index> component_;  // per face the least face of its component
+  std::span<const std::uint8_t> fixed_;
+  Array<Index> component_;  // per face; numbered by their first faces
   Array<std::uint8_t> turned_;
-  Array<std::uint8_t> may_turn_, closed_;  // per component
+  std::vector<Index> first_face_;  // per component, and so the next two
+  std::vector<std::uint8_t> may_turn_, closed_;
 };
 
 }  // namespace
