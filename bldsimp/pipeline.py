@@ -187,6 +187,8 @@ def _in_rows(
     found = _core.find_rows(
         assembled.triangles, assembled.facet_of_triangle, faces, rows, facet_of_face, assembled.kept
     )
+    if not passed_on.any() and len(passed_on) == 1:
+        return Light(found, np.zeros(len(found), np.int32))
     part_of_facet = np.zeros(len(assembled.rung), np.int32)
     part_of_facet[facet_of_face] = part
     part_of_triangle = part_of_facet[assembled.facet_of_triangle]

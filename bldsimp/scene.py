@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _core
 from .options import Options
 
 Points = NDArray[np.float64]
@@ -87,8 +88,7 @@ class Mesh:
     @cached_property
     def used_points(self) -> Points:
         """Rows of `points` that a face uses."""
-        used = np.zeros(len(self.points), bool)
-        used[self.faces] = True
+        used = _core.mark_used(self.faces, len(self.points)).view(bool)
         return self.points if used.all() else self.points[used]
 
     @cached_property

@@ -205,14 +205,13 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
         loose = np.intersect1d(np.flatnonzero(~np.isfinite(own).all(axis=1)), corners)
         if len(loose):
             raise InputError(f"points {loose[:10].tolist()} are used by faces and not finite")
-    single, rounding = number_format(own, corners) if len(corners) else (False, 0.0)
     mesh = Mesh(
         name="mesh",
         points=own,
         faces=np.ascontiguousarray(corners, np.int32),
         part_of_face=np.zeros(len(corners), np.int32),
         parts=[Part("mesh")],
-        single=single,
-        rounding=rounding,
     )
+    if len(corners):
+        mesh.single, mesh.rounding = number_format(mesh.used_points)
     return Scene(path=None, format="arrays", meshes=[mesh], size=own.nbytes + corners.nbytes)

@@ -106,6 +106,10 @@ void bind_mesh(nb::module_& m) {
       },
       "points"_a, "faces"_a, "distance"_a);
 
+  m.def(
+      "mark_used", [](Faces3 faces, std::size_t count) { return give<std::uint8_t>(mark_used(rows<Face>(faces), count)); },
+      "faces"_a, "count"_a);
+
   nb::class_<RowArrays>(m, "Rows")
       .def(
           "__init__",

@@ -36,9 +36,7 @@ std::uint64_t hash(Vec3 p) {
 // hold all rows, is filled by itself.
 void find_first_rows(std::span<const Vec3> rows, std::span<const Face> faces, Array<Index>& first_row) {
   first_row.assign(rows.size(), -1);
-  Array<std::uint8_t> used(rows.size(), 0);
-  for (const Face& face : faces)
-    for (const Index row : face) used[row] = 1;
+  const Array<std::uint8_t> used = mark_used(faces, rows.size());
   const std::size_t half = std::bit_ceil(std::max<std::size_t>(16, rows.size())), mask = half - 1;
   Array<Index> slots(2 * half);
   constexpr std::size_t block = 32;
@@ -158,6 +156,9 @@ struct SortedFace {
     least_and_low = wide(least) << 32 | wide(low);
     rest = (wide(high) << 1 | (second > third)) << 32 | source;
   }
+  bool is_copy_of(const SortedFace& other) const {
+    return least_and_low == other.least_and_low && rest >> 32 == other.rest >> 32;
+  }
   Index source() const { return static_cast<Index>(rest & 0xffffffff); }
   Face face() const {
     const Index least = static_cast<Index>(least_and_low >> 32), low = static_cast<Index>(least_and_low & 0xffffffff);
@@ -228,21 +229,29 @@ void lay_faces(std::span<const Face> input, Welded& welded) {
   const Array<SortedFace> sorted = sort_faces(input, welded.point_of_row, welded.points.size());
   welded.faces.reserve(sorted.size());
   welded.source.reserve(sorted.size());
-  for (const SortedFace& next : sorted) {
-    const Face face = next.face();
-    if (welded.faces.empty() || welded.faces.back() != face) {
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    const Face face = sorted[i].face();
+    const Index source = sorted[i].source();
+    if (i == 0 || !sorted[i].is_copy_of(sorted[i - 1])) {
       welded.faces.push_back(face);
-      welded.source.push_back(next.source());
+      welded.source.push_back(source);
       continue;
     }
-    const auto rows = [&](Index source) { return rows_at(face, input[source], welded.point_of_row); };
-    if (rows(next.source()) < rows(welded.source.back())) welded.source.back() = next.source();
+    const auto rows = [&](Index f) { return rows_at(face, input[f], welded.point_of_row); };
+    if (rows(source) < rows(welded.source.back())) welded.source.back() = source;
   }
   welded.degenerate = static_cast<Index>(input.size() - sorted.size());
   welded.duplicate = static_cast<Index>(sorted.size() - welded.faces.size());
 }
 
 }  // namespace
+
+Array<std::uint8_t> mark_used(std::span<const Face> faces, std::size_t count) {
+  Array<std::uint8_t> used(count, 0);
+  for (const Face& face : faces)
+    for (const Index row : face) used[row] = 1;
+  return used;
+}
 
 Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance) {
   Welded welded;

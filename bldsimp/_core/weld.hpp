@@ -20,6 +20,9 @@ struct Welded {
   double moved = 0;                 // greatest distance between a row and its point
 };
 
+// A flag for each of `count` rows: whether a face uses it.
+Array<std::uint8_t> mark_used(std::span<const Face> faces, std::size_t count);
+
 // Points nearer than `distance` to an earlier point (in lexicographic order) become that point; with
 // 0, only equal points are one. Rows of `faces` must be in range and finite. O(n log n).
 Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance);
