@@ -132,11 +132,10 @@ class FacetFinder {
     const Vec3 n = area_vector(h / 3), m = area_vector(t / 3);
     if (dot(n, m) <= 0) return false;
     if (limits_.width == 0) return in_plane_of(h / 3, t / 3);
-    const bool first_is_larger = dot(n, n) >= dot(m, m);
-    const Vec3 normal = first_is_larger ? n : m;
-    const Index tip = apex(faces_, first_is_larger ? t : h);
-    const double height = dot(normal, points_[tip] - points_[origin(faces_, h)]);
-    return height * height <= limits_.width * limits_.width * dot(normal, normal);
+    const double nn = dot(n, n), mm = dot(m, m);
+    const Index larger = nn >= mm ? h : t, smaller = nn >= mm ? t : h;
+    const double height = dot(area_vector(larger / 3), points_[apex(faces_, smaller)] - points_[origin(faces_, h)]);
+    return height * height <= limits_.width * limits_.width * std::max(nn, mm);
   }
 
   bool flat_across(Index h, Index t) const {
