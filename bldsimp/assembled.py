@@ -50,6 +50,8 @@ class Assembled:
         Certified bound of each facet.
     healed : int
         Edges where two borders were laid on one another.
+    touching : int
+        Points that stay only since sheets meet there inside of facets.
     causes : Counter
         Facets below the first rung, by `Cause`.
     """
@@ -61,6 +63,7 @@ class Assembled:
     unchanged: Flags
     deviation: NDArray[np.float64]
     healed: int
+    touching: int
     causes: Counter[Cause]
 
     def point_count(self) -> int:
@@ -77,5 +80,6 @@ class Assembled:
             unchanged=self.unchanged & second.unchanged,
             deviation=np.maximum(self.deviation, second.deviation),
             healed=self.healed + second.healed,
+            touching=second.touching,
             causes=self.causes | second.causes,
         )

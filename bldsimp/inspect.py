@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .options import Options, Tolerance
 from .pipeline import simplify_mesh
+from .report import one_line
 from .rows import distinct_rows
 from .scene import Faces, Mesh, Scene
 from .tolerance import diagonal, resolve_tolerance, scale, spacing
@@ -213,7 +214,8 @@ def inspection_text(inspection: Inspection) -> str:
         lines += [
             f"  {key.replace('_', ' '):18s}{_shown(value)}" for key, value in values.items() if key != "name"
         ]
-    return "\n".join(lines + [f"warning     {text}" for text in inspection.warnings])
+    lines += [f"warning     {text}" for text in inspection.warnings]
+    return "\n".join(map(one_line, lines))
 
 
 def _shown(value: Any) -> str:

@@ -205,6 +205,7 @@ class _Ladder:
             unchanged=unchanged,
             deviation=deviation,
             healed=self.edges.healed,
+            touching=self.outlines.touching,
             causes=Counter(Cause(int(c)) for c in self.cause[below]),
         )
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from numbers import Real
+from typing import Any
 
 from .errors import UsageError
 
@@ -26,6 +28,32 @@ SIGNIFICANT_DIGITS = 6
 """Decimal numbers with fewer significant digits are taken as exact, not as rounded."""
 
 
+UNITS = ("auto", "length", "percent")
+"""What a tolerance may be given in."""
+
+NORMALS = ("auto", "flat", "smooth", "none")
+"""What vertex normals a result may get."""
+
+
+def is_length(value: Any) -> bool:
+    """Whether a value is a real number, finite and not negative; truth values are no numbers."""
+    try:
+        return isinstance(value, Real) and not isinstance(value, bool) and 0.0 <= float(value) < math.inf
+    except OverflowError:
+        return False
+
+
+def check_length(name: str, value: Any) -> None:
+    """Refuse what is no length.
+
+    Raises
+    ------
+    UsageError
+    """
+    if not is_length(value):
+        raise UsageError(f"{name} {str(value)[:40]!r}: give a number that is finite and not negative")
+
+
 @dataclass(frozen=True)
 class Tolerance:
     """How far any point of the surface may move.
@@ -40,6 +68,11 @@ class Tolerance:
 
     value: float = 0.0
     unit: str = "auto"
+
+    def __post_init__(self) -> None:
+        if self.unit not in UNITS:
+            raise UsageError(f"tolerance unit {self.unit!r}: choose one of {', '.join(UNITS)}")
+        check_length("tolerance", self.value)
 
 
 @dataclass(frozen=True)
@@ -64,6 +97,13 @@ class Options:
     normals: str = "auto"
     drop_attributes: bool = False
     baseline: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.tolerance, Tolerance):
+            raise UsageError(f"tolerance {self.tolerance!r}: give a Tolerance")
+        if self.normals not in NORMALS:
+            raise UsageError(f"normals {self.normals!r}: choose one of {', '.join(NORMALS)}")
+        check_length("weld", self.weld)
 
 
 DEFAULTS = Options()
@@ -99,6 +139,6 @@ def parse_length(text: str, shown: str | None = None) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value >= 0.0):
+    if not is_length(value):
         raise UsageError(f"'{shown or text}' is not a length: give a number that is finite and not negative")
     return value

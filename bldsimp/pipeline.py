@@ -13,7 +13,7 @@ from .assembled import Assembled
 from .ladder import climb
 from .options import DEFAULTS, NEEDLE_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
-from .scene import Faces, Indices, Light, Mesh, Points
+from .scene import LARGEST_COORDINATE, Faces, Indices, Light, Mesh, Points
 
 
 @dataclass
@@ -42,6 +42,8 @@ class Outcome:
         Faces dropped since they repeat a point, or copy another face.
     turned, healed : int
         Faces whose winding was turned; T-junctions that closed.
+    touching : int
+        Points that stay only since sheets meet there inside of facets.
     reasons : dict of str to int
         Why facets stand below the first rung.
     """
@@ -62,6 +64,7 @@ class Outcome:
     duplicate: int = 0
     turned: int = 0
     healed: int = 0
+    touching: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
 
 
@@ -86,13 +89,14 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
     on points and faces in lexicographic order.
     """
     passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
-    welded = _core.weld(mesh.points, mesh.faces, options.weld)
+    welded, moved = _welded(mesh, passed_on, options.weld)
     points = welded.points
     part = mesh.part_of_face[welded.source]
     pinned = passed_on[part]
 
     origin, diagonal, slack = _frame(mesh.box)
-    within = tolerance - slack - welded.moved if tolerance > 2 * slack + welded.moved else 0.0
+    # Squares of it must not leave the range of double precision.
+    within = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
     rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source)
     faces, halfedges, turned = _oriented(welded, rows, pinned, width)
@@ -103,9 +107,9 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
     assembled = climb(points, faces, halfedges, facets, within, frozen)
     before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
     light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, part, passed_on)
-    if welded.moved > 0:
-        light.faces = _at_their_points(mesh, light, welded, passed_on)
-    moved = float(assembled.deviation.max(initial=0.0)) + welded.moved
+    if moved > 0:
+        light.faces = _at_their_points(mesh, light, welded)
+    moved += float(assembled.deviation.max(initial=0.0))
     return Outcome(
         light=light,
         points=points,
@@ -127,18 +131,65 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
         duplicate=welded.duplicate,
         turned=turned,
         healed=assembled.healed,
+        touching=assembled.touching,
         reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
     )
 
 
-def _at_their_points(mesh: Mesh, light: Light, welded: _core.Welded, passed_on: NDArray[np.bool_]) -> Faces:
-    """Corners by rows that lie where the welded points are; parts that are passed on keep theirs."""
-    point = welded.point_of_row
-    there = np.flatnonzero((point >= 0) & (mesh.points == welded.points[point]).all(axis=1))
-    row_of_point = np.full(len(welded.points), -1, np.int32)
-    row_of_point[point[there[::-1]]] = there[::-1]
-    stays = passed_on[light.part_of_face][:, None]
-    return np.where(stays, light.faces, row_of_point[point[light.faces]])
+def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[_core.Welded, float]:
+    """A mesh with near points joined, and how far that moved one; corners of parts that are passed on stay."""
+    welded = _core.weld(mesh.points, mesh.faces, distance)
+    if welded.moved == 0.0 or not passed_on.any():
+        return welded, welded.moved
+    stays = np.zeros(len(mesh.points), bool)
+    stays[mesh.faces[passed_on[mesh.part_of_face]]] = True
+    used = welded.point_of_row >= 0
+    at = np.where(used[:, None], welded.points[welded.point_of_row], mesh.points)
+    rows, targets = _nearest_staying(mesh.points, welded.point_of_row, stays)
+    at[rows] = mesh.points[targets]
+    at[stays] = mesh.points[stays]
+    moved = float(np.sqrt(((at - mesh.points)[used] ** 2).sum(axis=1).max()))
+    # What is where it shall be is welded exactly: points are in lexicographic order again.
+    return _core.weld(at, mesh.faces, 0.0), moved
+
+
+def _nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_]) -> tuple[Indices, Indices]:
+    """Rows that share a cluster with rows that stay, and the nearest of those; ties go by coordinates."""
+    staying, moving = np.flatnonzero(stays), np.flatnonzero(~stays & (cluster >= 0))
+    staying = staying[np.argsort(cluster[staying], kind="stable")]
+    first = np.searchsorted(cluster[staying], cluster[moving])
+    count = np.searchsorted(cluster[staying], cluster[moving], side="right") - first
+    row = np.repeat(moving, count)
+    within = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    target = staying[np.repeat(first, count) + within]
+    gap = points[target] - points[row]
+    order = np.lexsort((*points[target].T[::-1], (gap**2).sum(axis=1), row))
+    nearest = order[np.unique(row[order], return_index=True)[1]]
+    return row[nearest].astype(np.int32), target[nearest].astype(np.int32)
+
+
+def _at_their_points(mesh: Mesh, light: Light, welded: _core.Welded) -> Faces:
+    """Corners by rows that lie where the welded points are, rows of the same part where it has one there."""
+    point = welded.point_of_row.astype(np.int64)
+    there = (point >= 0) & (mesh.points == welded.points[point]).all(axis=1)
+    stored = there[mesh.faces]
+    rows, key = mesh.faces[stored], mesh.part_of_face.astype(np.int64) * len(welded.points)
+    faces, away = light.faces.copy(), ~there[light.faces]
+    wanted = point[faces[away]]
+    part_key = np.repeat(light.part_of_face.astype(np.int64) * len(welded.points), away.sum(axis=1))
+    anywhere, _ = _looked_up(point[rows], rows, wanted)
+    own, found = _looked_up(point[rows] + np.repeat(key, stored.sum(axis=1)), rows, wanted + part_key)
+    faces[away] = np.where(found, own, anywhere)
+    return faces
+
+
+def _looked_up(
+    keys: NDArray[np.int64], values: Indices, wanted: NDArray[np.int64]
+) -> tuple[Indices, NDArray[np.bool_]]:
+    """The least value of each wanted key, and whether there is one."""
+    order = np.lexsort((values, keys))
+    place = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+    return values[order][place], keys[order][place] == wanted
 
 
 def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int) -> Counts:

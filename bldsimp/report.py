@@ -10,7 +10,7 @@ SCHEMA = "bldsimp.report/1"
 """Name and version of the JSON; the number rises when a field changes its meaning or goes."""
 
 LITTLE_DROPPED = 0.2
-"""Where less than this share of the points could go, the summary says what allows more."""
+"""Where less than this share of the points could go, the summary says what may drop more."""
 
 SEE_THROUGH_SPACINGS = 4.0
 """A plane through rounded points and the chains on it stray by fewer than this many spacings."""
@@ -84,6 +84,8 @@ class Report:
         Why facets stand below the first rung.
     healed : int
         T-junctions that closed.
+    touching : int
+        Points that stay only since sheets meet there inside of facets.
     turned : int
         Faces whose winding was turned.
     degenerate, duplicate : int
@@ -107,6 +109,7 @@ class Report:
     rungs: dict[str, int] = field(default_factory=dict)
     reasons: dict[str, int] = field(default_factory=dict)
     healed: int = 0
+    touching: int = 0
     turned: int = 0
     degenerate: int = 0
     duplicate: int = 0
@@ -124,6 +127,12 @@ class Report:
     def to_json(self) -> str:
         """The report as JSON text, ending in a newline."""
         return json.dumps(self.to_dict(), indent=2, allow_nan=False) + "\n"
+
+
+def one_line(text: str) -> str:
+    """Text of unknown origin as a terminal can only show it: a space for each control character or line break."""
+    plain = text.encode("utf-8", "replace").decode("utf-8")
+    return "".join(letter if letter.isprintable() else " " for letter in plain)
 
 
 def summary(report: Report) -> str:
@@ -147,7 +156,7 @@ def summary(report: Report) -> str:
     lines += [f"warning    {text}" for text in report.warnings]
     lines += [f"note       {text}" for text in _notes(report)]
     lines.append(f"seconds    {report.seconds:.2f}")
-    return "\n".join(lines)
+    return "\n".join(map(one_line, lines))
 
 
 def _change(report: Report) -> str:
@@ -182,6 +191,7 @@ def _facets(report: Report) -> str:
     if reasons:
         text += f"; kept because: {reasons}"
     extra = [f"{report.healed:,} T-junctions healed"] if report.healed else []
+    extra += [f"{report.touching:,} points kept where sheets meet"] if report.touching else []
     extra += [f"{report.turned:,} faces turned"] if report.turned else []
     extra += [f"{report.degenerate:,} faces that repeat a point left out"] if report.degenerate else []
     extra += [f"{report.duplicate:,} copies of faces left out"] if report.duplicate else []
@@ -196,15 +206,18 @@ def _notes(report: Report) -> list[str]:
     if coarse:
         notes.append(
             f"the file's own rounding ({report.epsilon / 2.0:.3g}) is coarser than the tolerance;"
-            f" --tolerance {through:.2g} would see through it"
+            f" --tolerance {through:.2g} may see through it"
         )
     dropped = report.before.points - report.after.points
     if dropped < LITTLE_DROPPED * report.before.points:
         if report.passed_on:
             notes.append("little could be dropped: --drop-attributes simplifies the parts passed on, too")
-        elif not coarse:
+        elif not coarse and report.diagonal > 0.0:
             more = max(1e-3 * report.diagonal, 10.0 * report.tolerance)
-            notes.append(f"little could be dropped without loss: --tolerance {more:.1g} allows more")
+            notes.append(
+                f"little could be dropped: a larger tolerance, say --tolerance {more:.1g}, may drop more,"
+                " and may move the surface so far"
+            )
     return notes
 
 

@@ -14,12 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from .errors import InputError
 from .options import Options
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int32]
 Indices = NDArray[np.int32]
 Flags = NDArray[np.uint8]
+
+MOST_NAMED = 10
+"""So many offenders an error message names at most."""
+
+LARGEST_COORDINATE = 1e100
+"""Beyond this, products of coordinates leave the range of double precision."""
 
 
 @dataclass
@@ -140,3 +147,31 @@ class Light:
 
     faces: Faces
     part_of_face: NDArray[np.int32]
+
+
+def check_indices(corners: NDArray[Any], count: int) -> None:
+    """Refuse corners that name no point."""
+    wrong = np.flatnonzero((corners < 0) | (corners >= count))
+    if len(wrong):
+        raise InputError(
+            f"{len(wrong):,} corners name points that do not exist (there are {count:,}),"
+            f" the first is index {int(corners[wrong[0]])}, counted from 0: the file is damaged"
+        )
+
+
+def check_finite(points: Points, corners: NDArray[Any]) -> None:
+    """Refuse points that a face uses and that are not finite numbers, or beyond `LARGEST_COORDINATE`."""
+    # A comparison with NaN is false.
+    good = np.abs(points) <= LARGEST_COORDINATE
+    if good.all():
+        return
+    bad = ~good.all(axis=1)
+    used = np.zeros(len(points), bool)
+    used[corners] = True
+    named = np.flatnonzero(bad & used)
+    if len(named):
+        some = ", ".join(str(i) for i in named[:MOST_NAMED])
+        raise InputError(
+            f"{len(named):,} points that a face uses are not finite numbers (or beyond 1e100),"
+            f" counted from 0: {some}{' ...' if len(named) > MOST_NAMED else ''}: repair or remove them"
+        )

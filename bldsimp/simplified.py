@@ -15,11 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 from .assembled import Rung
 from .errors import InputError
 from .number_format import number_format
-from .options import Options, Tolerance
+from .options import Options, Tolerance, check_length, parse_tolerance
 from .pipeline import Outcome, simplify_mesh
 from .report import PassedOn, Report
 from .rings import rings_of
-from .scene import Light, Mesh, Part, Points, Scene
+from .scene import MOST_NAMED, Light, Mesh, Part, Points, Scene, check_finite
 from .tolerance import blur, diagonal, resolve_tolerance, scale
 
 
@@ -61,6 +61,8 @@ class Simplified:
     def facets(self) -> list[Facet]:
         """Facets that the result still shows, in order of their first face."""
         outcome = self._outcome
+        if not len(outcome.triangles):
+            return []
         compact = np.unique(outcome.triangles, return_inverse=True)[1]
         triangles = compact.reshape(-1, 3).astype(np.int32)
         order = np.argsort(outcome.facet_of_face, kind="stable")
@@ -74,16 +76,17 @@ class Simplified:
         ]
 
 
-def simplify(mesh: Any, tolerance: float | None = None) -> Simplified:
+def simplify(mesh: Any, tolerance: float | str | Tolerance | None = None) -> Simplified:
     """Make a mesh light: facets keep their corners, and lose every other point.
 
     Parameters
     ----------
     mesh : trimesh.Trimesh, or (points, faces)
-        Points (n, 3), model units; faces (m, 3).
-    tolerance : float, optional
-        How far any point of the surface may move, model units. Without it what the numbers' own
-        rounding blurs; 0 drops exactly coplanar and collinear points only.
+        Points (n, 3), model units; faces (m, 3). Without faces the result is empty.
+    tolerance : float, str or Tolerance, optional
+        How far any point of the surface may move, model units; as text what the command line takes, such
+        as ``"0.1%"`` of the diagonal. Without it, and for ``"auto"``, what the numbers' own rounding blurs;
+        0 drops exactly coplanar and collinear points only.
 
     Returns
     -------
@@ -92,8 +95,10 @@ def simplify(mesh: Any, tolerance: float | None = None) -> Simplified:
     Raises
     ------
     InputError
-        Where arrays have the wrong shape, a face uses a point that is not there or not finite, or the
-        tolerance is no finite number from 0 on.
+        Where `mesh` is something else, arrays have the wrong shape or type, or a face uses a point that is
+        not there or not finite.
+    UsageError
+        Where the tolerance is none of these, or not a finite number from 0 on.
 
     Notes
     -----
@@ -113,12 +118,11 @@ def simplify(mesh: Any, tolerance: float | None = None) -> Simplified:
     >>> light.report.before.points, light.report.after.points
     (9, 4)
     """
+    chosen = _tolerance_of(tolerance)
+    # A primitive of trimesh (a box, a sphere) is not made of arrays; the mesh that it stands for is.
+    mesh = mesh.to_mesh() if hasattr(mesh, "primitive") and hasattr(mesh, "to_mesh") else mesh
     is_trimesh = hasattr(mesh, "vertices") and hasattr(mesh, "faces")
-    points, faces = (mesh.vertices, mesh.faces) if is_trimesh else mesh
-    scene = _scene_of(points, faces)
-    if tolerance is not None and not (np.isfinite(tolerance) and tolerance >= 0):
-        raise InputError(f"tolerance {tolerance}: give a finite number that is not negative")
-    chosen = Tolerance() if tolerance is None else Tolerance(float(tolerance), "length")
+    scene = _scene_of(*((mesh.vertices, mesh.faces) if is_trimesh else _pair(mesh)))
     outcomes, report = _simplify_all(scene, Options(tolerance=chosen))
     used, compact = np.unique(outcomes[0].triangles, return_inverse=True)
     light = (outcomes[0].points[used], compact.reshape(-1, 3).astype(np.int32))
@@ -185,26 +189,52 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
         report.rungs[name] = report.rungs.get(name, 0) + int(rungs[rung])
     report.reasons = dict(Counter(report.reasons) + Counter(outcome.reasons))
     report.healed += outcome.healed
+    report.touching += outcome.touching
     report.turned += outcome.turned
     report.degenerate += outcome.degenerate
     report.duplicate += outcome.duplicate
 
 
+def _tolerance_of(given: Any) -> Tolerance:
+    """A tolerance as users give it."""
+    if given is None or isinstance(given, Tolerance):
+        return given or Tolerance()
+    if isinstance(given, str):
+        return parse_tolerance(given)
+    check_length("tolerance", given)
+    return Tolerance(float(given), "length")
+
+
+def _pair(mesh: Any) -> tuple[Any, Any]:
+    """Points and faces of what is no trimesh."""
+    if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
+        return mesh[0], mesh[1]
+    raise InputError(f"the mesh is of type {type(mesh).__name__}: give a trimesh.Trimesh or (points, faces)")
+
+
+def _rows(name: str, given: ArrayLike, kinds: str, wanted: str) -> NDArray[Any]:
+    """Rows of three numbers of some kinds; none at all have any shape and kind."""
+    try:
+        rows = np.asarray(given)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} are no array, their rows differ in length: give {wanted}") from None
+    if rows.size == 0 and rows.shape in ((0,), (0, 3)):
+        return np.zeros((0, 3), kinds[0])
+    if rows.ndim != 2 or rows.shape[1] != 3 or rows.dtype.kind not in kinds:
+        raise InputError(f"{name} have shape {rows.shape} and type {rows.dtype}: give {wanted}")
+    return rows
+
+
 def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
     """A scene of one mesh, its arrays checked and cast."""
-    own: Points = np.ascontiguousarray(points, np.float64)
-    corners = np.asarray(faces)
-    if own.ndim != 2 or own.shape[1] != 3:
-        raise InputError(f"points have shape {own.shape}: give (n, 3)")
-    if corners.ndim != 2 or corners.shape[1] != 3 or not np.issubdtype(corners.dtype, np.integer):
-        raise InputError(f"faces have shape {corners.shape} and type {corners.dtype}: give (m, 3) integers")
-    if corners.size and (corners.min() < 0 or corners.max() >= len(own)):
+    own: Points = np.ascontiguousarray(_rows("points", points, "fiu", "(n, 3) real numbers"), np.float64)
+    corners = _rows("faces", faces, "iu", "(m, 3) integers")
+    if len(corners) and (corners.min() < 0 or corners.max() >= len(own)):
         outside = np.flatnonzero(((corners < 0) | (corners >= len(own))).any(axis=1))
-        raise InputError(f"faces {outside[:10].tolist()} use points that are not there: there are {len(own)}")
-    if not np.isfinite(own).all():
-        loose = np.intersect1d(np.flatnonzero(~np.isfinite(own).all(axis=1)), corners)
-        if len(loose):
-            raise InputError(f"points {loose[:10].tolist()} are used by faces and not finite")
+        raise InputError(
+            f"faces {outside[:MOST_NAMED].tolist()} use points that are not there: there are {len(own)}"
+        )
+    check_finite(own, corners)
     mesh = Mesh(
         name="mesh",
         points=own,

@@ -103,6 +103,12 @@ def stl_text(points: Any, faces: Any, name: str = "solid_a") -> str:
     return "\n".join([*lines, f"endsolid {name}", ""])
 
 
+def stl_bytes(points: Any, faces: Any, *, head: bytes = b"box", count: int | None = None) -> bytes:
+    """A binary STL file, of as many faces as its header says, or not."""
+    body = b"".join(struct.pack("<12fH", 0, 0, 0, *np.ravel(np.asarray(points)[face]), 0) for face in faces)
+    return head.ljust(80) + struct.pack("<I", len(faces) if count is None else count) + body
+
+
 class Gltf:
     """A glTF document built by hand."""
 

@@ -28,6 +28,14 @@ def run(*arguments: object, stdin: bytes = b"", **options) -> subprocess.Complet
     )
 
 
+def shell(redirection: str, words: list[str], folder: Path) -> subprocess.CompletedProcess[bytes]:
+    """Run with a stream redirected as only a shell can."""
+    script = f'exec "$@" {redirection}'
+    return subprocess.run(
+        ["sh", "-c", script, "sh", *COMMAND, *words], cwd=folder, capture_output=True, timeout=60
+    )
+
+
 @pytest.fixture
 def house(tmp_path: Path) -> Path:
     return write(tmp_path / "house.obj", obj_text(*fine_box()))
@@ -134,7 +142,7 @@ class TestSimplify:
         points, faces = open_cone()
         source = write(tmp_path / "far.ply", ply_bytes(points + 5_000_000.0, faces))
         assert (
-            b"coarser than the tolerance; --tolerance 2 would"
+            b"coarser than the tolerance; --tolerance 2 may"
             in run("simplify", source, tmp_path / "b.ply").stderr
         )
 
@@ -177,6 +185,12 @@ class TestWrongUsage:
             (["none.obj", "there.obj"], "--overwrite"),
             (["none.obj", "out.obj", "--report", "missing/r.json"], "folder"),
             (["none.obj", "out.obj", "--report", "out.obj"], "--report"),
+            (["none.obj", "-", "--to", "obj", "--report", "-"], "standard output, too"),
+            (["none.obj", "loop.obj"], "symbolic links"),
+            (["none.obj", "out.obj", "--report", "loop.obj"], "symbolic links"),
+            (["none.obj", "there.obj/out.obj"], "folder"),
+            (["none.obj", "o" * 300 + ".obj"], "too long"),
+            (["none.obj", "out\n\x1b[2J.docx"], "out  [2J.docx"),
         ],
     )
     def test_is_told_in_one_line(
@@ -185,10 +199,11 @@ class TestWrongUsage:
         monkeypatch.chdir(tmp_path)
         (tmp_path / "folder.obj").mkdir()
         write(tmp_path / "there.obj", "old")
+        (tmp_path / "loop.obj").symlink_to("loop.obj")
         code = main(["simplify", *arguments])
         one_error(subprocess.CompletedProcess([], code, *capfdbinary.readouterr()), 2, told)
         assert (tmp_path / "there.obj").read_bytes() == b"old"
-        assert names(tmp_path) == ["folder.obj", "there.obj"]
+        assert names(tmp_path) == ["folder.obj", "loop.obj", "there.obj"]
 
 
 class TestFailure:
@@ -276,6 +291,71 @@ class TestFailure:
         assert process.stderr is not None
         assert b"Traceback" not in process.stderr.read()
         assert names(tmp_path) == ["in.obj"]
+
+
+class TestStreams:
+    """Closed, full, or gone: one line where there is still a place for it, and no traceback."""
+
+    def test_a_report_to_standard_output(self, house: Path, tmp_path: Path) -> None:
+        result = run("simplify", house, tmp_path / "out.obj", "--report", "-", "-q")
+        assert (result.returncode, result.stderr) == (0, b"")
+        assert json.loads(result.stdout)["after"]["points"] == 8
+        assert names(tmp_path) == ["house.obj", "out.obj"]
+
+    @pytest.mark.parametrize(
+        ("arguments", "closed"),
+        [
+            (["inspect", "IN"], ">&-"),
+            (["simplify", "IN", "-", "--to", "obj"], ">&-"),
+            (["simplify", "IN", "out.obj", "--report", "-"], ">&-"),
+            (["simplify", "-", "out.obj", "--from", "obj"], "<&-"),
+        ],
+    )
+    def test_closed_where_needed(
+        self, house: Path, tmp_path: Path, arguments: list[str], closed: str
+    ) -> None:
+        words = [str(house) if word == "IN" else word for word in arguments]
+        result = shell(closed, words, tmp_path)
+        one_error(result, 1, "standard input is closed" if "<" in closed else "standard output is closed")
+        assert names(tmp_path) == ["house.obj"]
+
+    @pytest.mark.parametrize("closed", [">&-", "<&-", "2>&-"])
+    def test_closed_where_not_needed(self, house: Path, tmp_path: Path, closed: str) -> None:
+        result = shell(closed, ["simplify", str(house), "out.obj", "-q"], tmp_path)
+        assert (result.returncode, result.stdout, result.stderr) == (0, b"", b"")
+        assert_box(tmp_path / "out.obj", "obj")
+
+    @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+    def test_full(self, house: Path, tmp_path: Path) -> None:
+        for words in (["inspect", str(house)], ["--help"], ["simplify", str(house), "a.obj", "--report", "-", "-q"]):
+            one_error(shell(">/dev/full", words, tmp_path), 1, "No space left")
+        result = shell("2>/dev/full", ["simplify", str(house), "out.obj"], tmp_path)
+        assert (result.returncode, result.stdout, result.stderr) == (1, b"", b"")
+        assert_box(tmp_path / "out.obj", "obj")
+        assert shell("2>/dev/full", ["inspect", "none.obj"], tmp_path).returncode == 1
+
+    def test_a_name_that_the_encoding_lacks(self, tmp_path: Path) -> None:
+        document = Gltf()
+        document.mesh(document.box(), name="Haus \u017b \ud800 \x1b[31m\nred")
+        source = write(tmp_path / "in.glb", document.glb())
+        result = run("inspect", source, env={**os.environ, "PYTHONIOENCODING": "latin-1"})
+        assert result.returncode == 0
+        assert b"mesh        Haus \\u017b ?  [31m red\n" in result.stdout
+
+    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+    def test_a_signal_while_modules_load(self, house: Path, tmp_path: Path, number: int, code: int) -> None:
+        words = [COMMAND[0], "-X", "importtime", *COMMAND[1:], "simplify", house, tmp_path / "out.obj"]
+        process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+        assert process.stderr is not None
+        told = ""
+        while "numpy" not in told:
+            told = process.stderr.readline()
+            assert told
+        process.send_signal(number)
+        rest = [line for line in process.stderr if not line.startswith("import time:")]
+        assert process.wait(timeout=60) == code
+        assert rest == (["bldsimp: error: interrupted\n"] if number == signal.SIGINT else [])
+        assert names(tmp_path) == ["house.obj"]
 
 
 class TestInspect:

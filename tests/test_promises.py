@@ -105,6 +105,45 @@ def test_a_cavity_is_not_turned() -> None:
     assert case.report.turned == 0
 
 
+def test_boxes_in_boxes_are_turned_by_how_many_enclose_them() -> None:
+    """All inside out, on one axis and with faces in common planes: every second one is a cavity, and right."""
+    boxes = [solids.reversed_winding(solids.box((size,) * 3, ((9 - size) / 2,) * 3)) for size in range(9, 0, -2)]
+    beside = solids.reversed_winding(solids.box((9, 9, 9), (9, 0, 0)))
+    case = simplified(solids.merged(*boxes, beside))
+    assert case.report.turned == 12 * 4
+    assert broken(case) == []
+
+
+def test_a_comb_keeps_its_corners_and_no_more() -> None:
+    """So many teeth that its outline is cut in the middle too."""
+    x = np.arange(200.0)
+    teeth = np.c_[x, np.where(np.arange(200) % 2, 1.0, 9.0)]
+    corners = np.concatenate([teeth[::-1], [(0.0, 0.0), (199.0, 0.0)]])
+    outline = np.stack([corners, (corners + np.roll(corners, -1, axis=0)) / 2], axis=1).reshape(-1, 2)
+    i = np.arange(len(outline))
+    cut = bldsimp.triangulate(outline, np.stack([i, (i + 1) % len(outline)], axis=1))
+    case = simplified((np.c_[cut.points, np.zeros(len(cut.points))], cut.triangles))
+    assert case.report.after.points == len(corners)
+    assert broken(case) == []
+
+
+def test_points_that_stay_where_sheets_meet_are_told() -> None:
+    """The two sides of a party wall, cut along different diagonals, share points and some edges."""
+    case = simplified(solids.subdivided(solids.rooms_back_to_back()))
+    assert case.report.touching == case.report.after.points - 12 == 5
+    one_wall = simplified(solids.subdivided(solids.wall_between_two_rooms()))
+    assert one_wall.report.touching == one_wall.report.after.points - 12 == 0
+
+
+def test_many_sheets_round_one_edge_keep_their_points() -> None:
+    angle = np.linspace(0.0, 6.0, 90)
+    rim = np.stack([np.cos(angle), np.sin(angle), np.full(90, 0.5)], axis=1)
+    pages = solids.shape([(0, 0, 0), (0, 0, 1), *rim], [(0, 1, i + 2) for i in range(90)])
+    case = simplified(solids.subdivided(pages))
+    assert case.report.after.points == 92
+    assert broken(case) == []
+
+
 def test_an_outer_wall_is_turned_round_its_cavity() -> None:
     mesh = solids.merged(
         solids.reversed_winding(solids.box((4, 4, 4))),

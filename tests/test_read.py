@@ -17,6 +17,7 @@ from shapes import (
     off_text,
     open_cone,
     ply_bytes,
+    stl_bytes,
     stl_text,
     triangle_set,
     write,
@@ -247,7 +248,18 @@ BROKEN = {
     "an OFF in binary": ("off", "OFF BINARY\n", "binary OFF"),
     "an OFF index that is too large": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "do not exist"),
     "an OFF face of too few corners": ("off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", "fewer corners"),
-    "an STL of noise": ("stl", "solid a\nfacet\n", "no faces"),
+    "an STL text of no face": ("stl", "solid a\nendsolid a\n", "no faces"),
+    "an STL text cut in its first face": ("stl", "solid a\nfacet\n", "after 0 whole ones"),
+    "an STL text cut in a word": ("stl", stl_text(*box())[:-30], "after 11 whole ones: it is truncated"),
+    "an STL cut in its header": ("stl", stl_bytes(*box())[:60], "within its header"),
+    "an STL cut in a face": ("stl", stl_bytes(*box())[:-30], "promises 12 faces, and 11 fit in its 654 bytes"),
+    "an STL cut that begins like text": (
+        "stl", stl_bytes(*box(), head=b"solid box")[:-60], "promises 12 faces, and 10 fit"
+    ),
+    "an STL that promises too much": (
+        "stl", stl_bytes(*box(), count=4_000_000_000), "promises 4,000,000,000 faces, and 12 fit"
+    ),
+    "an STL that promises nothing": ("stl", stl_bytes(*box(), count=0), "no face, though 12 would fit"),
 }  # fmt: skip
 
 
@@ -258,6 +270,19 @@ def test_broken_files_are_refused_in_one_line(case: str) -> None:
         scene_of(content, format_)
     assert str(caught.value).startswith("standard input: ")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("data", [stl_bytes(*box()), stl_text(*box()).encode()], ids=["binary", "text"])
+def test_every_truncation_of_an_stl_is_refused(data: bytes) -> None:
+    for length in range(0, data.rfind(b"endfacet") if data[:5] == b"solid" else len(data), 7):
+        with pytest.raises(InputError, match=r"truncated|empty|whole"):
+            read(data[:length], "stl")
+
+
+def test_bytes_after_the_faces_of_an_stl_are_left_out_and_told() -> None:
+    scene = read(stl_bytes(*box()) + b"made by hand", "stl")
+    assert len(scene.meshes[0].faces) == 12
+    assert scene.warnings == ["12 bytes after the 12 faces of the STL file were left out"]
 
 
 @pytest.mark.parametrize("kind", ["ascii", "little", "big", "mixed"])

@@ -111,6 +111,39 @@ def test_neighbours_lie_opposite_their_corner():
                 assert triangle[corner] not in result.triangles[other]
 
 
+# Work that must not grow with the square of the input.
+
+
+def along_a_segment(count: int, bend: float) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """One segment between two rows of points that bend towards it or away from it."""
+    x = np.linspace(0.0, 1.0, count // 2)
+    y = 0.3 + bend * x * (1.0 - x)
+    return np.concatenate([np.c_[x, y], np.c_[x, -y], [(-1.0, 1e-9), (2.0, -1e-9)]]), [(count, count + 1)]
+
+
+@pytest.mark.parametrize("bend", [-1.0, 1.0])
+def test_a_segment_past_many_points_takes_few_swaps(bend):
+    points, segments = along_a_segment(4000, bend)
+    result = checked(points, segments, carve=False)
+    assert result.statistics.flips < 20 * len(points)
+
+
+def test_an_influence_domain_that_holds_other_segments():
+    """Spikes point at the segment from both sides: its rim runs up and down along them."""
+    rng = np.random.default_rng(5)
+    points = rng.random((3000, 2)) * [1.0, 1e-3] + [0.0, 1e-4]
+    points[::2, 1] *= -1.0
+    spikes = np.c_[np.linspace(0.01, 0.99, 40), np.full(40, 5e-5)]
+    roots = spikes * [1.0, 10.0]
+    roots[::2, 1] *= -1.0
+    spikes[::2, 1] *= -1.0
+    segments = [(3000 + i, 3040 + i) for i in range(40)]
+    together = np.concatenate([points, spikes, roots, [(-1.0, 0.0), (2.0, 0.0)]])
+    at_once = checked(together, [*segments, (3080, 3081)], carve=False)
+    assert np.isin([3080, 3081], at_once.segments[-1]).all()
+    assert len(at_once.segments) == 41
+
+
 # Crossings.
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from shapes import (
 )
 
 from bldsimp import Options, OutputError, Scene, simplify_scene
+from bldsimp.cli import main
 from bldsimp.inspect import surface_of
 from bldsimp.io import WRITABLE, Written, read
 from bldsimp.io import write as write_scene
@@ -96,6 +98,59 @@ def test_a_fine_box_comes_out_as_a_box(tmp_path: Path, suffix: str) -> None:
     surface = surface_of(mesh.points, mesh.faces)
     assert (surface.points, surface.triangles, surface.watertight) == (8, 12, True)
     assert as_set(mesh.points) == as_set(box()[0])
+
+
+def two_boxes(shift: float, gap: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
+    """Two closed boxes a gap apart: on the map, singles are half a unit apart."""
+    points, faces = fine_box()
+    both = np.vstack([points, points + np.array([2.0 + gap, 0.0, 0.0])])
+    return both + shift, np.vstack([faces, faces + len(points)])
+
+
+class TestCounts:
+    """The report counts what is stored."""
+
+    @pytest.mark.parametrize("suffix", WRITABLE)
+    @pytest.mark.parametrize("shift", [0.0, 5_000_000.0])
+    def test_what_is_reported_is_what_is_read_back(self, tmp_path: Path, suffix: str, shift: float) -> None:
+        source = write(tmp_path / "in.obj", obj_text(*two_boxes(shift)))
+        target = tmp_path / f"out.{suffix}"
+        report_path = tmp_path / "report.json"
+        assert main(["simplify", str(source), str(target), "--report", str(report_path), "-q"]) == 0
+        after = json.loads(report_path.read_text())["after"]
+        mesh = read(target, suffix).meshes[0]
+        surface = surface_of(mesh.points, mesh.faces)
+        for name in ("points", "triangles", "watertight", "open_edges", "nonmanifold_edges"):
+            assert after[name] == getattr(surface, name)
+        fallen = suffix == "stl" and shift > 0
+        assert after["points"] == (12 if fallen else 16)
+        assert after["watertight"] is not fallen
+
+    def test_points_that_fall_together_are_told(self, tmp_path: Path) -> None:
+        written = light(write(tmp_path / "in.obj", obj_text(*two_boxes(5e6))), tmp_path / "out.stl")
+        assert written.warnings[0] == (
+            "4 points fell together in the single precision of STL: 12 are left,"
+            " with 0 open and 5 non-manifold edges"
+        )
+
+    def test_of_instances_the_worst_counts_once(self, tmp_path: Path) -> None:
+        document = Gltf()
+        points, faces = two_boxes(0.0)
+        number = document.mesh(
+            {"attributes": {"POSITION": document.accessor(points)},
+             "indices": document.accessor(faces.reshape(-1), "u2")}
+        )  # fmt: skip
+        document.json["nodes"].append({"mesh": number, "translation": [5e6, 5e6, 5e6]})
+        document.json["scenes"][0]["nodes"].append(1)
+        written = light(write(tmp_path / "in.glb", document.glb()), tmp_path / "out.stl")
+        assert written.after is not None
+        assert (written.after.points, written.after.watertight) == (12, False)
+
+    def test_doubles_stay_double_where_single_would_join_them(self, tmp_path: Path) -> None:
+        # Six decimals are taken as rounded to a millionth, and singles near eight are half that apart.
+        points, faces = two_boxes(8.000001, gap=0.0000005)
+        light(write(tmp_path / "in.obj", obj_text(points, faces)), tmp_path / "out.ply")
+        assert len(np.unique(world_points(tmp_path / "out.ply"), axis=0)) == 16
 
 
 class TestText:

@@ -188,6 +188,7 @@ void bind_mesh(nb::module_& m) {
   def_view<std::uint8_t>(outlines, "is_corner", &Outlines::is_corner);
   def_view<Index>(outlines, "inner", &Outlines::inner);
   def_view<Index>(outlines, "back", &Outlines::back);
+  outlines.def_ro("touching", &Outlines::touching);
   outlines.def_prop_ro("use_facet", [](const Outlines& o) {
     std::vector<Index> facet;
     for (const Use& use : o.uses) facet.push_back(use.facet);

@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -112,6 +113,10 @@ class Triangulator {
   struct Box {
     Point2 least, most;
   };
+  // An edge of an influence domain's rim, with what lies outside.
+  struct RimEdge {
+    Index origin, target, twin, uses;
+  };
   enum class Place { inside, on_edge, at_vertex, outside };
   struct Location {
     Place place;
@@ -137,11 +142,15 @@ class Triangulator {
   // constrain.cpp: step 5
   bool constrain(std::span<const Segment> segments, const TriangulateOptions& options);
   void collect_pending(std::span<const Segment> segments);
-  Index realise(Pending segment, Index& crossed);
+  Pending realise(Pending segment, Index& crossed);
+  Index edge_between(Index a, Index b, bool& fewer_at_b) const;
   Index enter(Index a, Index b, Index& edge) const;
   Index find_influence_domain(Pending segment, Index entered, Index& crossed);
   Index swap_diagonals();
   Index cut_off(Index before, Index after);
+  Index fill_anew(Index from, Index reached);
+  void note_rim(std::span<const Index> chain);
+  Index fill_side(std::span<const Index> ring, std::size_t& filled);
   void restore_delaunay();
   void legalize_edges();
   void split_crossing(Pending segment, Index crossed);
@@ -165,7 +174,10 @@ class Triangulator {
   std::vector<Use> use_;
   std::vector<Pending> pending_;
   std::vector<Index> chain_;    // left of the segment, halfedges inside its influence domain
+  std::vector<Index> right_chain_;
   std::vector<Index> domain_;   // triangles of the influence domain
+  std::vector<RimEdge> rim_;    // of a large one, sorted
+  std::unique_ptr<Triangulator> side_;  // triangulates the sides of large ones
   std::vector<Index> layer_, next_layer_;
   std::int64_t splits_ = 0, most_splits_ = 0;
   double few_units_ = 0.0;      // of rounding, relative to the coordinates

@@ -9,6 +9,10 @@
 namespace bldsimp {
 namespace {
 
+// Influence domains of more triangles are filled anew. Swapping diagonals is faster as a rule, but takes
+// quadratic time where many points bend towards the segment, or away from it.
+constexpr std::size_t large = 512;
+
 // Whether v, collinear with a and b, lies on the same side of a as b.
 bool ahead(const Point2& a, const Point2& b, const Point2& v) {
   return a.x != b.x ? (b.x > a.x) == (v.x > a.x) : (b.y > a.y) == (v.y > a.y);
@@ -27,16 +31,16 @@ bool Triangulator::constrain(std::span<const Segment> segments, const Triangulat
   while (!pending_.empty()) {
     const Pending segment = pending_.back();
     pending_.pop_back();
-    Index from = segment.a;
+    Pending left = segment;
     Index crossed = -1;
-    while (from != segment.b && crossed < 0) from = realise({from, segment.b, segment.use}, crossed);
+    while (left.a != left.b && crossed < 0) left = realise(left, crossed);
     if (crossed < 0) continue;
     if (!options.split_crossings) {
       const Index other = use_[net_.mark(crossed)].segment;
       crossing_ = {std::min(use_[segment.use].segment, other), std::max(use_[segment.use].segment, other)};
       return false;
     }
-    split_crossing({from, segment.b, segment.use}, crossed);
+    split_crossing(left, crossed);
   }
   return true;
 }
@@ -58,16 +62,18 @@ void Triangulator::collect_pending(std::span<const Segment> segments) {
   });
 }
 
-// Makes an edge of the segment's piece from `segment.a` to the first point on it, and returns that
-// point; where a constraint is in the way, `crossed` names its halfedge and nothing has changed.
-Index Triangulator::realise(Pending segment, Index& crossed) {
-  Index edge = -1;
+// Makes an edge of one end's piece of the segment, up to the first point on it, and returns what is left of
+// the segment; where a constraint is in the way, `crossed` names its halfedge and nothing has changed.
+Triangulator::Pending Triangulator::realise(Pending segment, Index& crossed) {
+  bool fewer_at_b = false;
+  Index edge = edge_between(segment.a, segment.b, fewer_at_b);
+  if (fewer_at_b) std::swap(segment.a, segment.b);
   Index reached = -1;
-  const Index entered = enter(segment.a, segment.b, edge);
+  const Index entered = edge >= 0 ? -1 : enter(segment.a, segment.b, edge);
   if (entered >= 0) {
     reached = find_influence_domain(segment, entered, crossed);
-    if (crossed >= 0) return segment.a;
-    edge = swap_diagonals();
+    if (crossed >= 0) return segment;
+    edge = domain_.size() > large ? fill_anew(segment.a, reached) : swap_diagonals();
   } else {
     reached = net_.target(edge);
   }
@@ -78,19 +84,28 @@ Index Triangulator::realise(Pending segment, Index& crossed) {
   }
   net_.set_mark(edge, uses);
   if (entered >= 0) restore_delaunay();
-  return reached;
+  return {reached, segment.b, segment.use};
+}
+
+// The halfedge from a to b, or -1. Most segments of a ring are edges already, so b itself is sought first,
+// without any predicate. Both fans are searched in turns: where many segments meet in a point, the smaller
+// fan is found to be small. (Over all edges of a planar graph the smaller degrees add up to O(n).)
+Index Triangulator::edge_between(Index a, Index b, bool& fewer_at_b) const {
+  const Index from_a = net_.leaving(a), from_b = net_.leaving(b);
+  for (Index h = from_a, g = from_b;;) {
+    if (net_.target(h) == b) return h;
+    if (net_.target(g) == a) return net_.twin(g);
+    h = net_.twin(Net::prev(h));
+    g = net_.twin(Net::prev(g));
+    fewer_at_b = g == from_b && h != from_a;
+    if (h == from_a || g == from_b) return -1;
+  }
 }
 
 // Looks around a for the way to b: the halfedge that a-b crosses first, or -1 and in `edge` the
-// one from a that lies on a-b. Most segments of a ring are edges already, so b itself is sought
-// first, without any predicate.
+// one from a that lies on a-b.
 Index Triangulator::enter(Index a, Index b, Index& edge) const {
   const Index first = net_.leaving(a);
-  edge = first;
-  do {
-    if (net_.target(edge) == b) return -1;
-    edge = net_.twin(Net::prev(edge));
-  } while (edge != first);
   Index h = first;
   do {
     const Index u = net_.target(h), w = net_.apex(h);
@@ -107,11 +122,12 @@ Index Triangulator::enter(Index a, Index b, Index& edge) const {
   throw std::logic_error("no triangle around a point sees the end of its segment");
 }
 
-// Collects the triangles that the segment crosses, up to the first point on it, and the chain of
-// their edges on its left. Changes nothing in the net.
+// Collects the triangles that the segment crosses, up to the first point on it, and the chains of
+// their edges on its left, from there back, and on its right. Changes nothing in the net.
 Index Triangulator::find_influence_domain(Pending segment, Index entered, Index& crossed) {
   const Point2 &a = site_[segment.a], &b = site_[segment.b];
   chain_.assign(1, Net::next(entered));
+  right_chain_.assign(1, Net::prev(entered));
   domain_.assign(1, Net::triangle(entered));
   for (Index h = entered;;) {
     if (net_.mark(h) >= 0) {
@@ -122,6 +138,7 @@ Index Triangulator::find_influence_domain(Pending segment, Index entered, Index&
     const Index far = net_.apex(g);
     domain_.push_back(Net::triangle(g));
     const int side = far == segment.b ? 0 : orient2d(a, b, site_[far]);
+    if (side <= 0) right_chain_.push_back(Net::next(g));
     if (side < 0) {
       h = Net::prev(g);
       continue;
@@ -174,6 +191,79 @@ Index Triangulator::cut_off(Index before, Index after) {
     spoke = rim_start == before ? net_.twin(b) : rim_start;
   }
   return net_.twin(Net::next(before));
+}
+
+// Triangulates both sides of a large influence domain by themselves, and returns a halfedge along the
+// segment. What is Delaunay among many points is so among few of them, hence the rim of a side needs no
+// swaps there but at other constraints, and the segment is an edge of its hull.
+Index Triangulator::fill_anew(Index from, Index reached) {
+  rim_.clear();
+  note_rim(chain_);
+  note_rim(right_chain_);
+  std::sort(rim_.begin(), rim_.end(), [](const RimEdge& e, const RimEdge& f) {
+    return e.origin != f.origin ? e.origin < f.origin : e.target < f.target;
+  });
+  std::vector<Index> left, right;
+  for (auto link = chain_.rbegin(); link != chain_.rend(); ++link) left.push_back(net_.origin(*link));
+  for (const Index link : right_chain_) right.push_back(net_.origin(link));
+  left.push_back(from);
+  right.push_back(reached);
+  std::size_t filled = 0;
+  const Index on_left = fill_side(left, filled), on_right = fill_side(right, filled);
+  if (filled != domain_.size()) throw std::logic_error("an influence domain was not filled");
+  net_.join(on_left, on_right, -1);
+  return on_left;
+}
+
+void Triangulator::note_rim(std::span<const Index> chain) {
+  for (const Index h : chain) rim_.push_back({net_.origin(h), net_.target(h), net_.twin(h), net_.mark(h)});
+}
+
+// Puts the triangles inside a ring into the triangles of the domain from `filled` on; returns the halfedge
+// from the ring's last site to its first, which is the segment. An edge that the ring passes both ways has
+// triangles of the domain on both sides.
+Index Triangulator::fill_side(std::span<const Index> ring, std::size_t& filled) {
+  std::vector<Point2> points;
+  std::vector<double> lift;
+  std::vector<Segment> segments;
+  for (const Index site : ring) {
+    const auto row = static_cast<Index>(points.size());
+    points.push_back(site_[site]);
+    if (!lift_.empty()) lift.push_back(lift_[site]);
+    segments.push_back({row, (row + 1) % static_cast<Index>(ring.size())});
+  }
+  if (!side_) side_ = std::make_unique<Triangulator>();
+  if (side_->run(points, segments, {.lift = lift_.empty() ? nullptr : lift.data()}) != Status::done)
+    throw std::logic_error("the rim of an influence domain crosses itself");
+  statistics_.flips += side_->statistics().flips;
+  const auto& triangles = side_->triangles();
+  const std::size_t first = filled;
+  filled += triangles.size();
+  if (filled > domain_.size()) throw std::logic_error("an influence domain was filled more than once");
+  for (std::size_t row = 0; row < triangles.size(); ++row) {
+    const auto& [a, b, c] = triangles[row];
+    net_.replace(domain_[first + row], {ring[a], ring[b], ring[c]});
+  }
+  Index along = -1;
+  for (Index row = 0; row < static_cast<Index>(triangles.size()); ++row)
+    for (Index i = 0; i < 3; ++i) {
+      const Index h = 4 * domain_[first + row] + i, across = side_->neighbours()[row][(i + 2) % 3];
+      const auto edge = std::array{net_.origin(h), net_.target(h)};
+      const auto at = std::lower_bound(rim_.begin(), rim_.end(), edge, [](const RimEdge& e, const auto& ends) {
+        return e.origin != ends[0] ? e.origin < ends[0] : e.target < ends[1];
+      });
+      const bool on_rim = at != rim_.end() && at->origin == edge[0] && at->target == edge[1];
+      if (across >= 0) {
+        const auto& beyond = triangles[across];
+        const auto end = std::find(beyond.begin(), beyond.end(), triangles[row][(i + 1) % 3]);
+        net_.join(h, 4 * domain_[first + across] + static_cast<Index>(end - beyond.begin()), on_rim ? at->uses : -1);
+      } else if (on_rim) {
+        net_.join(h, at->twin, at->uses);
+      } else {
+        along = h;
+      }
+    }
+  return along;
 }
 
 // Lawson flips on every edge of the influence domain that is not a constraint.

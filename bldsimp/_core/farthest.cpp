@@ -1,30 +1,13 @@
 #include "farthest.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <numeric>
 #include <vector>
 
+#include "box_tree.hpp"
+
 namespace bldsimp {
 namespace {
-
-constexpr std::size_t kLeaf = 4;
-
-struct Box {
-  Vec3 low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
-           std::numeric_limits<double>::infinity()};
-  Vec3 high{-low.x, -low.y, -low.z};
-
-  void add(Vec3 p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  double distance(Vec3 p) const {
-    const Vec3 out{std::max({low.x - p.x, 0.0, p.x - high.x}), std::max({low.y - p.y, 0.0, p.y - high.y}),
-                   std::max({low.z - p.z, 0.0, p.z - high.z})};
-    return length(out);
-  }
-};
 
 // Distance to a triangle; one without area is its edges.
 double face_distance(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
@@ -38,94 +21,28 @@ double face_distance(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
   return std::min({segment_distance(p, a, b), segment_distance(p, b, c), segment_distance(p, c, a)});
 }
 
-// A tree of boxes over the faces: a node is a run of `order`, halved at its middle.
-class Tree {
- public:
-  Tree(std::span<const Vec3> points, std::span<const Face> faces) : points_(points), faces_(faces) {
-    order_.resize(faces.size());
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    build(0, faces.size());
-  }
-
-  double distance(Vec3 p, std::size_t& nearest) const {
-    double best = to_face(p, nearest);
-    search(p, 0, 0, faces_.size(), best, nearest);
-    return best;
-  }
-
- private:
-  double to_face(Vec3 p, std::size_t face) const {
-    const auto [a, b, c] = faces_[face];
-    return face_distance(p, points_[a], points_[b], points_[c]);
-  }
-
-  Vec3 middle(std::size_t face) const {
-    const auto [a, b, c] = faces_[face];
-    return points_[a] + points_[b] + points_[c];
-  }
-
-  std::size_t build(std::size_t begin, std::size_t end) {
-    const std::size_t node = boxes_.size();
-    Box box, middles;
-    for (std::size_t i = begin; i < end; ++i) {
-      for (const Index corner : faces_[order_[i]]) box.add(points_[corner]);
-      middles.add(middle(order_[i]));
-    }
-    boxes_.push_back(box);
-    second_.push_back(0);
-    if (end - begin <= kLeaf) return node;
-    const Vec3 size = middles.high - middles.low;
-    double Vec3::*axis = &Vec3::x;
-    if (size.y > size.*axis) axis = &Vec3::y;
-    if (size.z > size.*axis) axis = &Vec3::z;
-    const std::size_t half = begin + (end - begin) / 2;
-    const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
-    std::nth_element(at(begin), at(half), at(end),
-                     [&](std::size_t f, std::size_t g) { return middle(f).*axis < middle(g).*axis; });
-    build(begin, half);
-    second_[node] = build(half, end);
-    return node;
-  }
-
-  void search(Vec3 p, std::size_t node, std::size_t begin, std::size_t end, double& best,
-              std::size_t& nearest) const {
-    if (boxes_[node].distance(p) >= best) return;
-    if (end - begin <= kLeaf) {
-      for (std::size_t i = begin; i < end; ++i) {
-        const double d = to_face(p, order_[i]);
-        if (d < best) {
-          best = d;
-          nearest = order_[i];
-        }
-      }
-      return;
-    }
-    const std::size_t half = begin + (end - begin) / 2, first = node + 1, second = second_[node];
-    if (boxes_[first].distance(p) <= boxes_[second].distance(p)) {
-      search(p, first, begin, half, best, nearest);
-      search(p, second, half, end, best, nearest);
-    } else {
-      search(p, second, half, end, best, nearest);
-      search(p, first, begin, half, best, nearest);
-    }
-  }
-
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
-  std::vector<std::size_t> order_;
-  std::vector<Box> boxes_;
-  std::vector<std::size_t> second_;  // the second child; the first follows its parent
-};
+double to_face(Vec3 p, std::span<const Vec3> points, const Face& face) {
+  return face_distance(p, points[face[0]], points[face[1]], points[face[2]]);
+}
 
 }  // namespace
 
 double farthest(std::span<const Vec3> queries, std::span<const Vec3> points, std::span<const Face> faces,
                 double limit) {
-  const Tree tree(points, faces);
+  std::vector<Index> all(faces.size());
+  std::iota(all.begin(), all.end(), 0);
+  const BoxTree tree(points, faces, std::move(all));
   double greatest = 0;
-  std::size_t nearest = 0;  // neighbours in the input are near each other: a good first guess
+  Index nearest = 0;  // neighbours in the input are near each other: a good first guess
   for (const Vec3 p : queries) {
-    greatest = std::max(greatest, tree.distance(p, nearest));
+    double best = to_face(p, points, faces[nearest]);
+    tree.visit(p, [&](const Box& box) { return box.distance(p) < best; }, [&](Index f) {
+      if (const double d = to_face(p, points, faces[f]); d < best) {
+        best = d;
+        nearest = f;
+      }
+    });
+    greatest = std::max(greatest, best);
     if (greatest > limit) break;
   }
   return greatest;

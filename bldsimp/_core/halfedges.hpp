@@ -29,8 +29,8 @@ struct Halfedges {
 
 // Twins are the two opposite halfedges of an edge. Where more than two faces meet they are sought
 // among those that share the file's own rows, then among those whose faces lie in one plane within
-// `width` and face the same way; what is not unique stays without a twin.
-// O(halfedges).
+// `width` and face the same way; what is not unique stays without a twin, and so does, of an edge at
+// which very many faces meet, what shares no rows. O(halfedges).
 Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces,
                          const Rows& rows, double width);
 

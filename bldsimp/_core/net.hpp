@@ -64,6 +64,18 @@ class Net {
     triangle_[3] = {{a, c, infinite, 0}, {2, 10, 5, -1}};
   }
 
+  // Gives a triangle other vertices; all its edges must then be joined anew.
+  void replace(Index t, const std::array<Index, 3>& vertices) {
+    for (Index i = 0; i < 3; ++i) {
+      set_origin(4 * t + i, vertices[i]);
+      leaving_[vertices[i]] = 4 * t + i;
+    }
+  }
+  void join(Index h, Index g, Index uses) {
+    link(h, g);
+    set_mark(h, uses);
+  }
+
   // Swaps the diagonal of the two triangles at h. With b = twin(h) the new diagonal is prev(h),
   // prev(b); the four edges around are h, next(h), b, next(b), where next(h) and next(b) stay what
   // they were, h becomes the former prev(b) and b the former prev(h).

@@ -1,12 +1,28 @@
 #include "orient.hpp"
 
-#include <numbers>
-
+#include "box_tree.hpp"
 #include "edges.hpp"
 #include "face_sets.hpp"
+#include "predicates.hpp"
 
 namespace bldsimp {
 namespace {
+
+// On which side of a-b, seen along z, p is once it is moved by an infinitesimal in x and a smaller one in y;
+// 0 only where a and b are one point there.
+int side_of(Vec3 a, Vec3 b, Vec3 p) {
+  if (const int side = orient2d({a.x, a.y}, {b.x, b.y}, {p.x, p.y}); side != 0) return side;
+  if (a.y != b.y) return a.y > b.y ? 1 : -1;
+  return a.x != b.x ? (b.x > a.x ? 1 : -1) : 0;
+}
+
+// Whether a ray upwards from p, moved so, crosses a triangle: 1 from below (the side that it does not face),
+// -1 from above. Of p on the triangle itself, moved upwards before all else, it does not.
+int crosses_above(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
+  const int side = side_of(a, b, p);
+  if (side == 0 || side_of(b, c, p) != side || side_of(c, a, p) != side) return 0;
+  return orient3d(a, b, c, p) == side ? side : 0;
+}
 
 // Sets of faces, each face with the parity of its winding against that of the set's root (its least face).
 class Windings {
@@ -75,8 +91,7 @@ class Orienter {
       if (edge.size() == 2)
         join(edge[0], edge[1]);
       else
-        for (const Index h : edge)
-          if (const Index g = only_row_mate(h, edge); g > h) join(h, g);
+        for_row_mates(edge, join);
     });
     for (Index f = 0; f < count(); ++f) {
       const auto [root, odd] = windings_.find(f);
@@ -94,18 +109,21 @@ class Orienter {
     for (const Index f : torn) may_turn_[component_[f]] = 0;
   }
 
-  // The one other halfedge of an edge that joins the same two rows of the file; -1 if there are more.
-  Index only_row_mate(Index h, std::span<const Index> edge) const {
-    const auto ends = [&](Index g) {
-      return std::minmax({rows_.at(g / 3, origin(faces_, g)), rows_.at(g / 3, target(faces_, g))});
-    };
-    Index found = -1;
-    for (const Index g : edge) {
-      if (g == h || ends(g) != ends(h)) continue;
-      if (found >= 0) return -1;
-      found = g;
+  // Calls visit for the pairs of an edge's halfedges that alone join the same two rows of the file.
+  template <class Visit>
+  void for_row_mates(std::span<const Index> edge, Visit visit) const {
+    std::vector<std::array<Index, 3>> by_rows;
+    for (const Index h : edge) {
+      const auto [low, high] = std::minmax({rows_.at(h / 3, origin(faces_, h)), rows_.at(h / 3, target(faces_, h))});
+      by_rows.push_back({low, high, h});
     }
-    return found;
+    std::sort(by_rows.begin(), by_rows.end());
+    for (auto from = by_rows.begin(); from != by_rows.end();) {
+      const auto other = [&](const auto& entry) { return entry[0] != (*from)[0] || entry[1] != (*from)[1]; };
+      const auto to = std::find_if(from, by_rows.end(), other);
+      if (to - from == 2) visit(from[0][2], from[1][2]);
+      from = to;
+    }
   }
 
   void turn_against_larger_area() {
@@ -152,29 +170,44 @@ class Orienter {
     }
     std::vector<Index> inside_out;
     for (Index c = 0; c < std::ssize(first_face_); ++c)
-      if (closed_[c] && may_turn_[c] && volume[c] < -1e-9 * magnitude[c] && lies_within(c) % 2 == 0)
-        inside_out.push_back(c);
+      if (closed_[c] && may_turn_[c] && volume[c] < -1e-9 * magnitude[c]) inside_out.push_back(c);
     if (inside_out.empty()) return;
+    const BoxTree closed_faces = tree_of_closed_faces();
+    std::erase_if(inside_out, [&](Index c) { return lies_within(c, closed_faces) % 2 != 0; });
     for (Index f = 0; f < count(); ++f)
       turned_[f] ^= std::binary_search(inside_out.begin(), inside_out.end(), component_[f]);
   }
 
-  // How many other closed components enclose component c, by the solid angle under which each is seen
-  // (van Oosterom and Strackee, 1983).
-  int lies_within(Index c) const {
+  BoxTree tree_of_closed_faces() const {
+    std::vector<Index> closed;
+    for (Index f = 0; f < count(); ++f)
+      if (closed_[component_[f]]) closed.push_back(f);
+    return {points_, faces_, std::move(closed)};
+  }
+
+  // How many other closed components enclose component c: those whose faces a ray upwards from one of its
+  // faces leaves more often than it enters, or less often.
+  int lies_within(Index c, const BoxTree& closed_faces) const {
     const Index first = first_face_[c];
     const Vec3 p = (1.0 / 3) * (corner(first, 0) + corner(first, 1) + corner(first, 2));
-    std::vector<double> angle(first_face_.size(), 0);
-    for (Index f = 0; f < count(); ++f) {
-      if (component_[f] == c || !closed_[component_[f]]) continue;
-      const Vec3 u = corner(f, 0) - p, v = corner(f, 1) - p, w = corner(f, 2) - p;
-      const double lu = length(u), lv = length(v), lw = length(w);
-      const double above = dot(u, cross(v, w));
-      const double below = lu * lv * lw + dot(u, v) * lw + dot(v, w) * lu + dot(w, u) * lv;
-      angle[component_[f]] += (turned_[f] ? -2 : 2) * std::atan2(above, below);
+    std::vector<std::pair<Index, int>> crossings;
+    const auto above = [&](const Box& box) {
+      return box.low.x <= p.x && p.x <= box.high.x && box.low.y <= p.y && p.y <= box.high.y && p.z <= box.high.z;
+    };
+    closed_faces.visit(p, above, [&](Index f) {
+      if (component_[f] == c) return;
+      const int way = crosses_above(p, corner(f, 0), corner(f, 1), corner(f, 2));
+      if (way != 0) crossings.push_back({component_[f], turned_[f] ? -way : way});
+    });
+    std::sort(crossings.begin(), crossings.end());
+    int enclosing = 0;
+    for (std::size_t i = 0; i < crossings.size();) {
+      const Index component = crossings[i].first;
+      int sum = 0;
+      for (; i < crossings.size() && crossings[i].first == component; ++i) sum += crossings[i].second;
+      enclosing += sum != 0;
     }
-    return static_cast<int>(
-        std::count_if(angle.begin(), angle.end(), [](double a) { return std::abs(a) > 2 * std::numbers::pi; }));
+    return enclosing;
   }
 
   std::span<const Vec3> points_;

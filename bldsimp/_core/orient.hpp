@@ -14,7 +14,7 @@ namespace bldsimp {
 // faces that stand against the larger area are turned; a closed component that then encloses a negative
 // volume is turned as a whole, unless it lies within an odd number of others (a cavity). Components with a
 // `fixed` face, and those that cannot be oriented, stay as they are.
-// Returns the faces to turn, sorted. Nearly linear, plus O(n) for each inside-out component.
+// Returns the faces to turn, sorted. Nearly linear, plus the faces above a point for each inside-out component.
 std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
                                const Rows& rows, std::span<const std::uint8_t> fixed);
 

@@ -22,7 +22,7 @@ class Tracer {
   }
 
  private:
-  enum Flag : std::uint8_t { outline = 1, grouped = 2 };
+  enum Flag : std::uint8_t { outline = 1, grouped = 2, within_facets = 4 };
 
   Index origin(Index h) const { return bldsimp::origin(faces_, h); }
   Index end(Index h) const { return target(faces_, h); }
@@ -69,7 +69,9 @@ class Tracer {
         return flags_[h] == 0 && outlines_.back[facet(h)] >= 0 &&
                (facet(h) == facet(group[0]) || facet(h) == outlines_.back[facet(group[0])]);
       });
-      for (const Index h : group) flags_[h] = inside ? grouped : grouped | outline;
+      const bool bounds_none = std::none_of(group.begin(), group.end(), [&](Index h) { return flags_[h] & outline; });
+      const int flags = inside ? grouped : bounds_none ? grouped | outline | within_facets : grouped | outline;
+      for (const Index h : group) flags_[h] = static_cast<std::uint8_t>(flags);
     });
   }
 
@@ -81,6 +83,7 @@ class Tracer {
       for (const Index m : members) edge_uses_.push_back({facet(m), origin(m) < end(m)});
       std::sort(edge_uses_.begin() + edge_use_start_.back(), edge_uses_.end());
       edge_use_start_.push_back(static_cast<Index>(edge_uses_.size()));
+      edge_within_facets_.push_back((flags_[h] & within_facets) != 0);
     };
     for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h) {
       if (flags_[h] != outline) continue;
@@ -111,7 +114,10 @@ class Tracer {
   // Whether a chain may run through p: two edges, and each facet that comes in along one leaves along
   // the other.
   bool runs_through(Index p) const {
-    const auto at = edges_at(p);
+    return runs_through(p, edges_at(p));
+  }
+
+  bool runs_through(Index p, std::span<const Index> at) const {
     if (at.size() != 2) return false;
     const auto a = uses_of(at[0]), b = uses_of(at[1]);
     const bool first_ends_here = edges_[at[0]][1] == p, second_ends_here = edges_[at[1]][1] == p;
@@ -132,6 +138,7 @@ class Tracer {
 
     find_touching();
     keep_touching_points();
+    count_touching_points();
   }
 
   // What its fans between outlines leave of a point's corners belongs to closed fans: a single one, alone, may
@@ -196,6 +203,18 @@ class Tracer {
     inner.erase(std::unique(inner.begin(), inner.end()), inner.end());
   }
 
+  // Corners that would be none if no sheets met inside of facets.
+  void count_touching_points() {
+    std::vector<Index> borders;
+    for (Index p = 0; p < points_; ++p) {
+      if (!outlines_.is_corner[p]) continue;
+      borders.clear();
+      for (const Index e : edges_at(p))
+        if (!edge_within_facets_[e]) borders.push_back(e);
+      outlines_.touching += borders.empty() || runs_through(p, borders);
+    }
+  }
+
   void walk_chains() {
     walked_.assign(edges_.size(), 0);
     for (Index p = 0; p < points_; ++p)
@@ -245,6 +264,7 @@ class Tracer {
   std::vector<std::array<Index, 2>> edges_;
   std::vector<Index> edge_use_start_{0};
   std::vector<Use> edge_uses_;
+  std::vector<std::uint8_t> edge_within_facets_;  // shared by sheets, but no facet ends there
   Array<Index> edges_at_start_, edges_at_;
   Array<std::uint8_t> touches_;  // per point: sheets touch there
   std::vector<std::uint8_t> walked_;

@@ -26,6 +26,7 @@ struct Outlines {
   std::vector<std::uint8_t> is_corner;  // per point: an end of a chain, or a point that must stay
   // Points that must stay inside a facet although no chain of it passes them: two sheets touch there.
   std::vector<std::array<Index, 2>> inner;  // {facet, point}, sorted
+  Index touching = 0;  // corners that stay only since sheets touch, or share edges, inside of facets
   // Per facet the facet that has the same faces the other way round (a two-sided sheet), or -1.
   std::vector<Index> back;
 };

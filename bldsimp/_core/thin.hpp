@@ -19,7 +19,7 @@ struct Piece {
 
 // Marks in `kept` (per point; on entry: points that must stay) what stays of each chain: ends, and what
 // is needed so that every dropped point is within limit[chain] of its piece. A limit of 0 drops exactly
-// collinear points only. A closed chain keeps at least three points. O(n log n) on usual input.
+// collinear points only. A closed chain keeps at least three points. O(n log n).
 void thin_chains(std::span<const Vec3> points, const Outlines& outlines, std::span<const double> limit,
                  std::span<std::uint8_t> kept);
 

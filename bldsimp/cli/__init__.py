@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import logging
 import os
-import signal
 import sys
+from typing import TextIO
 
-import click
+from .signals import INTERRUPTED, answered
 
-from ..errors import BldsimpError, InternalError, UsageError
-from .commands import bldsimp
-
-DONE, FAILED, WRONG_USAGE, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, WRONG_USAGE = 0, 1, 2
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -28,13 +24,41 @@ def main(arguments: list[str] | None = None) -> int:
     int
         0 done, 1 a file unreadable or not written, 2 wrong usage, 130 interrupted.
     """
+    with answered():
+        try:
+            return _run(arguments)
+        except KeyboardInterrupt:
+            return _fail("interrupted", INTERRUPTED)
+        except MemoryError:
+            return _fail("out of memory", FAILED)
+        except BrokenPipeError:
+            # Whoever read the output is gone, and there is nothing wrong to tell.
+            _mute()
+            return FAILED
+        except OSError as error:
+            _mute(sys.stdout)
+            return _fail(f"{error.filename or 'standard output or error'}: {error.strerror or error}", FAILED)
+
+
+def _run(arguments: list[str] | None) -> int:
+    """Run a command; its modules, which take most of a short run, are loaded here and not before."""
+    import logging
+
+    import click
+
+    from ..errors import BldsimpError, InternalError, UsageError
+    from .commands import bldsimp
+
     # What trimesh says of a file that it cannot read ends in our own one line.
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
+    # A name may hold what the terminal's encoding does not.
+    if hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        # A termination unwinds like an interruption, so that no half-written file stays behind.
-        signal.signal(signal.SIGTERM, _terminate)
         bldsimp.main(arguments, prog_name="bldsimp", standalone_mode=False)
-        sys.stdout.flush()
+        for stream in (sys.stdout, sys.stderr):
+            if stream is not None:
+                stream.flush()
         return DONE
     except InternalError:
         raise
@@ -45,21 +69,24 @@ def main(arguments: list[str] | None = None) -> int:
     except click.UsageError as error:
         where = f" (try '{error.ctx.command_path} --help')" if error.ctx else ""
         return _fail(error.format_message().rstrip(".") + where, WRONG_USAGE)
-    except (click.Abort, KeyboardInterrupt):
+    except click.Abort:
         return _fail("interrupted", INTERRUPTED)
-    except MemoryError:
-        return _fail("out of memory", FAILED)
-    except BrokenPipeError:
-        # Whoever read the output is gone; the interpreter must not flush into the pipe once more.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
 
 
 def _fail(message: str, code: int) -> int:
-    """One line on stderr."""
-    click.echo("bldsimp: error: " + " ".join(message.split()), err=True)
+    """One line on stderr; where even that cannot be written, the code alone tells."""
+    from ..report import one_line
+
+    try:
+        if sys.stderr is not None:
+            print("bldsimp: error: " + one_line(message), file=sys.stderr, flush=True)
+    except OSError:
+        _mute(sys.stderr)
     return code
 
 
-def _terminate(number: int, frame: object) -> None:
-    sys.exit(128 + number)
+def _mute(*streams: TextIO) -> None:
+    """Let what is still buffered go nowhere: at its end the interpreter would try, and fail, once more."""
+    for stream in streams or (sys.stdout, sys.stderr):
+        if stream is not None:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

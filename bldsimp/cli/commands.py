@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+import os
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 import click
 
 from .. import __version__
-from ..errors import UsageError
-from ..options import Options, parse_length, parse_tolerance
+from ..errors import InputError, OutputError, UsageError
+from ..options import NORMALS, Options, parse_length, parse_tolerance
 from .paths import Endpoint, check_output, endpoint_in, endpoint_out
+from .signals import unwind
 
 _EXAMPLES = """
 \b
@@ -53,7 +57,7 @@ def bldsimp() -> None:
 )
 @click.option(
     "--normals",
-    type=click.Choice(["auto", "flat", "smooth", "none"]),
+    type=click.Choice(NORMALS),
     default="auto",
     help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own."
     "  [default: auto]",
@@ -63,7 +67,7 @@ def bldsimp() -> None:
     is_flag=True,
     help="Simplify textured and coloured parts too, and drop what they carry.",
 )
-@click.option("--report", metavar="FILE.json", help="Also write what was done as JSON.")
+@click.option("--report", metavar="FILE.json", help="Also write what was done as JSON; '-' is standard output.")
 @click.option(
     "--baseline",
     is_flag=True,
@@ -104,11 +108,11 @@ def simplify(
     )
     read_from = endpoint_in(source, from_)
     write_to = endpoint_out(target, to, overwrite)
-    report_path = None if report is None else Path(report)
-    if report_path is not None:
-        check_output(report_path, "--report", overwrite=True)
-        _check_apart(report_path, read_from, write_to)
-    _run(read_from, write_to, options, Wishes(report_path, overwrite, quiet, verbose))
+    if report is not None:
+        _check_report(report, read_from, write_to)
+    if "-" in (target, report):
+        _check_open(sys.stdout, "standard output")
+    _run(read_from, write_to, options, Wishes(report, overwrite, quiet, verbose))
 
 
 @bldsimp.command()
@@ -117,6 +121,7 @@ def simplify(
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def inspect(source: str, from_: str | None, as_json: bool) -> None:
     """Tell what is in the building IN before anything is done to it; '-' is standard input."""
+    _check_open(sys.stdout, "standard output")
     read_from = endpoint_in(source, from_)
     from ..inspect import inspect_scene, inspection_text
     from ..io import read
@@ -130,9 +135,9 @@ def inspect(source: str, from_: str | None, as_json: bool) -> None:
 
 @dataclass(frozen=True)
 class Wishes:
-    """What a user wants beside the result."""
+    """What a user wants beside the result; `report` is a path or '-'."""
 
-    report: Path | None
+    report: str | None
     overwrite: bool
     quiet: bool
     verbose: bool
@@ -143,7 +148,7 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
     start = time.perf_counter()
     from ..io import read, write
     from ..io.target import replace_files
-    from ..report import summary
+    from ..report import one_line, summary
     from ..simplified import simplify_scene
 
     scene = read(_data(read_from), read_from.format)
@@ -154,23 +159,26 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
 
         report.baseline = baseline_points(scene, report.deviation, report.warnings)
     after_simplify = time.perf_counter()
+    unwind()
     target = sys.stdout.buffer if write_to.path is None else write_to.path
     written = write(scene, lights, target, write_to.format, options, overwrite=wishes.overwrite)
     report.rounding = written.rounding
     report.deviation += written.rounding
-    report.after.bytes = written.bytes
-    report.after.vertices = written.vertices
+    report.after = dataclasses.replace(
+        written.after or report.after, bytes=written.bytes, vertices=written.vertices
+    )
     report.warnings += written.warnings
     report.seconds = time.perf_counter() - start
-    if wishes.report is not None:
-        replace_files({wishes.report: report.to_json().encode("utf-8")})
+    if wishes.report == "-":
+        click.echo(report.to_json(), nl=False)
+    elif wishes.report is not None:
+        replace_files({Path(wishes.report): report.to_json().encode("utf-8")})
     if wishes.verbose:
         from ..inspect import number_words
 
         for mesh in scene.meshes:
-            click.echo(
-                f"input      {mesh.name or 'mesh'}: {len(mesh.parts)} parts, {number_words(mesh)}", err=True
-            )
+            text = f"input      {mesh.name or 'mesh'}: {len(mesh.parts)} parts, {number_words(mesh)}"
+            click.echo(one_line(text), err=True)
         click.echo(
             f"time       read {after_read - start:.2f}, simplify {after_simplify - after_read:.2f},"
             f" write {time.perf_counter() - after_simplify:.2f} s",
@@ -190,11 +198,30 @@ def _option(name: str, parse, text: str):  # type: ignore[no-untyped-def]
 
 def _data(endpoint: Endpoint) -> Path | bytes:
     """What to read: a path, or all of standard input."""
-    return sys.stdin.buffer.read() if endpoint.path is None else endpoint.path
+    if endpoint.path is not None:
+        return endpoint.path
+    if sys.stdin is None:
+        raise InputError("standard input is closed: give a file, or a pipe")
+    try:
+        return sys.stdin.buffer.read()
+    except OSError as error:
+        raise InputError(f"standard input: cannot be read: {error.strerror}") from None
 
 
-def _check_apart(report: Path, read_from: Endpoint, write_to: Endpoint) -> None:
-    """Refuse a report over a model."""
+def _check_open(stream: TextIO | None, name: str) -> None:
+    """Refuse to work for a stream that is closed."""
+    if stream is None:
+        raise OutputError(f"{name} is closed: there is nowhere to write to")
+
+
+def _check_report(report: str, read_from: Endpoint, write_to: Endpoint) -> None:
+    """Refuse a report that cannot be written, or would fall upon a model."""
+    if report == "-":
+        if write_to.path is None:
+            raise UsageError("--report -: OUT is standard output, too: give one of them a file")
+        return
+    path = Path(report)
+    check_output(path, "--report", overwrite=True)
     for endpoint in (read_from, write_to):
-        if endpoint.path is not None and endpoint.path.resolve() == report.resolve():
-            raise UsageError(f"--report: {report} is also a model: choose another file")
+        if endpoint.path is not None and os.path.realpath(endpoint.path) == os.path.realpath(path):
+            raise UsageError(f"--report: {path} is also a model: choose another file")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,7 +30,7 @@ def endpoint_in(text: str, format_: str | None) -> Endpoint:
         IN is a directory, or its format is unknown.
     """
     path = None if text == "-" else Path(text)
-    if path is not None and path.is_dir():
+    if path is not None and os.path.isdir(path):
         raise UsageError(f"{path}: is a directory: give a file")
     found = _format(path, format_, "IN", "--from")
     if found not in FORMATS and found not in _others():
@@ -60,11 +62,17 @@ def check_output(path: Path, name: str, overwrite: bool) -> None:
     ------
     UsageError
     """
-    if path.is_dir():
+    if os.path.isdir(path):
         raise UsageError(f"{path}: is a directory: {name} must be a file")
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise UsageError(f"{path}: the folder '{path.parent}' does not exist: make it first")
-    if path.is_file() and not overwrite:
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be {name}: {error.strerror}") from None
+    if stat.S_ISREG(mode) and not overwrite:
         raise UsageError(f"{path}: exists: give --overwrite to replace it")
 
 

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..options import Options
+from ..report import Counts
 from ..rows import distinct_rows
-from ..scene import Light, Mesh, Scene
+from ..scene import Faces, Light, Mesh, Points, Scene
 from ..tolerance import placed, scale
 from .gltf_body import Body, pack_views, view_json
-from .rounding import best_origin, fallen_together, single_rounding
+from .rounding import best_origin, counts_in_single, fallen_together, single_rounding
 from .sheet import Sheet, sheet
 from .surface import Material, shown
 
@@ -29,11 +30,14 @@ class Made:
         Greatest distance by which a point moved, in world space; infinite where one is out of range.
     fallen : int
         Points that are no longer distinct.
+    after : Counts or None
+        Of what is stored, where there are any.
     """
 
     vertices: int = 0
     rounding: float = 0.0
     fallen: int = 0
+    after: Counts | None = None
 
 
 def new_document(
@@ -64,6 +68,7 @@ def new_document(
     }
     body, pictures = Body(), Pictures(json_, images)
     made = Made()
+    stored: list[list[tuple[Points, Faces, Points | None]]] = []
     for mesh, light in zip(scene.meshes, lights, strict=True):
         if not len(light.faces):
             continue
@@ -73,8 +78,10 @@ def new_document(
         if not math.isfinite(made.rounding):
             break
         made.fallen += fallen_together(one.points, origin)
+        stored.append([(one.points, one.faces, origin)])
         made.vertices += _add_mesh(json_, body, pictures, one, origin)
         _add_nodes(json_, mesh, origin)
+    made.after = counts_in_single(stored) if made.fallen else None
     json_["accessors"] = body.accessors
     json_["bufferViews"] = [view_json(view) for view in body.views] + [{} for _ in pictures.data]
     pieces = [bytes(view.data) for view in body.views] + pictures.data

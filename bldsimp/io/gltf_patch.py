@@ -127,7 +127,7 @@ def _columns(
 def _stored(
     document: Document, source: GltfMesh, accessors: list[int | None], rows: Rows
 ) -> tuple[NDArray[Any], bool]:
-    """Values as stored, for every row of the mesh; rows of another number format are zero."""
+    """Values as stored, for every row of the mesh; those of another number format, as near as this one has them."""
     own = accessors[source.rows.index(rows)]
     if own is None:
         raise InternalError("a primitive without normals was asked for them")
@@ -138,9 +138,18 @@ def _stored(
     for group, accessor in zip(source.rows, accessors, strict=True):
         if accessor is None:
             continue
-        if (entries[accessor]["componentType"], bool(entries[accessor].get("normalized"))) == kind:
-            values[group.start : group.start + group.count] = document.accessor(accessor)
+        same = (entries[accessor]["componentType"], bool(entries[accessor].get("normalized"))) == kind
+        found = document.accessor(accessor) if same else _in_format(document.numbers(accessor), values.dtype, kind[1])
+        values[group.start : group.start + group.count] = found
     return values, kind[1]
+
+
+def _in_format(numbers: NDArray[np.float64], kind: np.dtype[Any], normalized: bool) -> NDArray[Any]:
+    """Numbers in a component type; where points are welded, a primitive may name rows of another one's."""
+    if kind.kind == "f":
+        return numbers.astype(kind)
+    range_ = np.iinfo(kind)
+    return np.clip(np.rint(numbers * range_.max if normalized else numbers), range_.min, range_.max).astype(kind)
 
 
 def _replace_primitive(

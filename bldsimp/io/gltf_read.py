@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..number_format import number_format
-from ..scene import Mesh, Part
+from ..scene import Mesh, Part, check_finite
 from .gltf import Document, refuse_packed
-from .surface import Material, check_finite
+from .surface import Material
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
 HARMLESS = {"KHR_materials_variants"}

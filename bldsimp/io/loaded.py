@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene import Mesh, Part
+from .stl import whole_stl
 from .surface import Material, Polygons, polygon_mesh
 
 
@@ -22,6 +23,8 @@ def read_loaded(data: bytes, format_: str, path: Path | None, warnings: list[str
     """
     import trimesh
 
+    if format_ == "stl":
+        data = whole_stl(data, warnings)
     source: Any = io.BytesIO(data) if path is None or format_ == "stl" else str(path)
     try:
         # process=False keeps rows as they are stored; True would merge and drop some.

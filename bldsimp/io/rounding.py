@@ -7,8 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ..inspect import surface_of
+from ..report import Counts
 from ..rows import distinct_rows
-from ..scene import Points
+from ..scene import Faces, Points
 
 WORTH_MOVING = 4.0
 """The origin is moved only where that makes the rounding so many times less."""
@@ -34,9 +36,31 @@ def single_rounding(points: Points, origin: Points | None = None) -> float:
 
 def fallen_together(points: Points, origin: Points | None = None) -> int:
     """How many distinct points are no longer distinct in single precision about an origin."""
-    local = points if origin is None else points - origin
+    return len(distinct_rows(points)[0]) - len(distinct_rows(_in_single(points, origin))[0])
+
+
+def counts_in_single(meshes: list[list[tuple[Points, Faces, Points | None]]]) -> Counts:
+    """What is left of meshes in single precision.
+
+    Parameters
+    ----------
+    meshes : list of list of (points, faces, origin)
+        Instances of each mesh: it counts once, by the one that came off worst.
+    """
+    after = Counts(watertight=True)
+    for instances in meshes:
+        surfaces = [surface_of(_in_single(points, origin), faces) for points, faces, origin in instances]
+        worst = max(surfaces, key=lambda one: (one.open_edges + one.nonmanifold_edges, -one.points))
+        for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
+            setattr(after, name, getattr(after, name) + getattr(worst, name))
+        after.watertight &= worst.watertight
+    return after
+
+
+def _in_single(points: Points, origin: Points | None) -> Points:
+    """What single precision keeps of points about an origin, in double again."""
     with np.errstate(over="ignore", under="ignore"):
-        return len(distinct_rows(points)[0]) - len(distinct_rows(local.astype(np.float32))[0])
+        return (points if origin is None else points - origin).astype(np.float32).astype(np.float64)
 
 
 def best_origin(points: Points) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..normals import shading
 from ..options import Options
 from ..polygons import select_polygons
-from ..scene import Light, Mesh, Part, Points
+from ..scene import Faces, Light, Mesh, Part, Points
 from ..tolerance import placed
 from .surface import Polygons, Stored
 
@@ -41,10 +41,16 @@ class Sheet:
     parts: list[Part]
     kept: NDArray[np.bool_]
 
-    def triangles(self, part: int) -> NDArray[np.int32]:
-        """Faces of a part, where every polygon is a triangle."""
-        faces: NDArray[np.int32] = self.polygons.corners.reshape(-1, 3)[self.polygons.part == part]
+    @property
+    def faces(self) -> Faces:
+        """Rows of each polygon, where every polygon is a triangle."""
+        faces: Faces = self.polygons.corners.reshape(-1, 3)
         return faces
+
+    def triangles(self, part: int) -> Faces:
+        """Faces of a part, where every polygon is a triangle."""
+        own: Faces = self.faces[self.polygons.part == part]
+        return own
 
 
 def sheet(mesh: Mesh, light: Light, options: Options, *, polygonal: bool) -> Sheet:

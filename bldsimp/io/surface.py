@@ -11,13 +11,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..number_format import number_format
 from ..polygons import select_polygons, triangulate_polygons
-from ..scene import Mesh, Part, Points
-
-MOST_NAMED = 10
-"""So many offenders an error message names at most."""
-
-LARGEST_COORDINATE = 1e100
-"""Beyond this, products of coordinates leave the range of double precision."""
+from ..scene import Mesh, Part, Points, check_finite, check_indices
 
 
 def shown(name: str) -> str:
@@ -113,33 +107,6 @@ def polygon_mesh(
     )
     mesh.single, mesh.rounding = number_format(mesh.used_points)
     return mesh
-
-
-def check_indices(corners: NDArray[Any], count: int) -> None:
-    """Refuse corners that name no point."""
-    wrong = np.flatnonzero((corners < 0) | (corners >= count))
-    if len(wrong):
-        raise InputError(
-            f"{len(wrong):,} corners name points that do not exist (there are {count:,}),"
-            f" the first is index {int(corners[wrong[0]])}, counted from 0: the file is damaged"
-        )
-
-
-def check_finite(points: Points, corners: NDArray[Any]) -> None:
-    """Refuse points that a face uses and that are not finite numbers, or beyond `LARGEST_COORDINATE`."""
-    # A comparison with NaN is false.
-    bad = ~(np.abs(points) <= LARGEST_COORDINATE).all(axis=1)
-    if not bad.any():
-        return
-    used = np.zeros(len(points), bool)
-    used[corners] = True
-    named = np.flatnonzero(bad & used)
-    if len(named):
-        some = ", ".join(str(i) for i in named[:MOST_NAMED])
-        raise InputError(
-            f"{len(named):,} points that a face uses are not finite numbers (or beyond 1e100),"
-            f" counted from 0: {some}{' ...' if len(named) > MOST_NAMED else ''}: repair or remove them"
-        )
 
 
 def _without_slivers(polygons: Polygons, warnings: list[str]) -> Polygons:

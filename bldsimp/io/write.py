@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import OutputError, UsageError
 from ..options import AUTO_DIAGONAL, Options
 from ..polygons import triangulate_polygons
+from ..report import Counts
 from ..scene import Light, Scene
 from ..tolerance import diagonal, epsilon
 from .beside import Pictured, copies, embedded_images, obj_pictures
@@ -25,7 +26,7 @@ from .mtl import material_library
 from .obj_write import obj_text
 from .plain_write import off_text, ply_bytes, stl_bytes
 from .ply import PlyFormat
-from .rounding import fallen_together, single_rounding
+from .rounding import counts_in_single, fallen_together, single_rounding
 from .sheet import Sheet, instance, sheet
 from .surface import Polygons, Stored
 from .target import replace_files
@@ -46,12 +47,15 @@ class Written:
         Distinct positions with normal and attributes.
     rounding : float
         Greatest distance by which a point moved, model units in world space.
+    after : Counts or None
+        Of what is stored, where points fell together on writing; None where they did not.
     warnings : list of str
     """
 
     bytes: int = 0
     vertices: int = 0
     rounding: float = 0.0
+    after: Counts | None = None
     warnings: list[str] = field(default_factory=list)
 
 
@@ -120,12 +124,12 @@ def _files(
         written.vertices = sum(len(np.unique(mesh.faces)) for mesh in scene.meshes)
         written.bytes = len(untouched)
         return {main: untouched}
-    sheets = [
-        instance(sheet(mesh, light, options, polygonal=True), transform)
+    instances = [
+        [instance(sheet(mesh, light, options, polygonal=True), transform) for transform in mesh.transforms]
         for mesh, light in zip(scene.meshes, lights, strict=True)
         if len(light.faces)
-        for transform in mesh.transforms
     ]
+    sheets = [one for placed in instances for one in placed]
     if format_ == "obj":
         return _obj_files(scene, sheets, main, written)
     written.warnings += losses(scene, sheets, format_)
@@ -134,10 +138,15 @@ def _files(
     elif format_ == "off":
         data, written.vertices = off_text(sheets, with_normals=scene.format == "off")
     else:
-        used = [one.points for one in sheets]
-        written.rounding = max(map(single_rounding, used))
-        _warn_of_rounding(scene, "STL", sum(map(fallen_together, used)), written)
-        data, written.vertices = stl_bytes([_triangles(one) for one in sheets])
+        sheets = [_triangles(one) for one in sheets]
+        written.rounding = max(single_rounding(one.points) for one in sheets)
+        fallen = sum(fallen_together(one.points) for one in sheets)
+        if fallen:
+            written.after = counts_in_single(
+                [[(one.points, one.faces, None) for one in placed] for placed in instances]
+            )
+        _warn_of_rounding(scene, "STL", fallen, written)
+        data, written.vertices = stl_bytes(sheets)
     written.bytes = len(data)
     return {main: data}
 
@@ -170,7 +179,7 @@ def _gltf_files(
     else:
         images = obj_pictures(scene, options, written.warnings)
         json_, binary, made = new_document(scene, lights, options, images)
-        written.vertices, written.rounding = made.vertices, made.rounding
+        written.vertices, written.rounding, written.after = made.vertices, made.rounding, made.after
         _warn_of_rounding(scene, "glTF", made.fallen, written)
         written.warnings += gltf_losses(scene, options)
     if format_ == "glb":
@@ -216,7 +225,7 @@ def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) 
 
 
 def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyFormat:
-    """Single unless that would move a point by more than epsilon; from PLY as the source has it."""
+    """Single unless that moves a point by more than epsilon, or onto another; from PLY as the source has it."""
     stored = scene.meshes[0].source
     if isinstance(stored, Stored) and isinstance(stored.format, PlyFormat):
         if stored.format.double or stored.format.encoding == "ascii":
@@ -225,7 +234,7 @@ def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyForma
     else:
         encoding = "binary_little_endian"
     moved = max(single_rounding(one.points) for one in sheets)
-    double = moved > epsilon(scene)
+    double = moved > epsilon(scene) or any(fallen_together(one.points) for one in sheets if moved)
     written.rounding = 0.0 if double else moved
     return PlyFormat(encoding, double)
 
@@ -234,8 +243,12 @@ def _warn_of_rounding(scene: Scene, format_: str, fallen: int, written: Written)
     """Say what single precision did to the points, where that is more than the file's own numbers do."""
     if not math.isfinite(written.rounding):
         raise OutputError(f"the coordinates are too large for {format_}: write PLY, OBJ or OFF")
-    if fallen:
-        written.warnings.append(f"{fallen:,} points fell together in the single precision of {format_}")
+    if written.after is not None:
+        written.warnings.append(
+            f"{fallen:,} points fell together in the single precision of {format_}: {written.after.points:,} are"
+            f" left, with {written.after.open_edges:,} open and {written.after.nonmanifold_edges:,}"
+            " non-manifold edges"
+        )
     if written.rounding > max(epsilon(scene), AUTO_DIAGONAL * diagonal(scene)):
         written.warnings.append(
             f"{format_} stores single precision: points moved by up to {written.rounding:.3g};"

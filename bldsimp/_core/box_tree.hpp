@@ -1,0 +1,97 @@
+// A tree of boxes over some faces of a mesh.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "vec3.hpp"
+
+namespace bldsimp {
+
+struct Box {
+  Vec3 low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),
+           std::numeric_limits<double>::infinity()};
+  Vec3 high{-low.x, -low.y, -low.z};
+
+  void add(Vec3 p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  double distance(Vec3 p) const {
+    const Vec3 out{std::max({low.x - p.x, 0.0, p.x - high.x}), std::max({low.y - p.y, 0.0, p.y - high.y}),
+                   std::max({low.z - p.z, 0.0, p.z - high.z})};
+    return length(out);
+  }
+};
+
+// A node is a run of faces, halved at its middle. Built in O(n log n).
+class BoxTree {
+ public:
+  BoxTree(std::span<const Vec3> points, std::span<const Face> faces, std::vector<Index> members)
+      : points_(points), faces_(faces), order_(std::move(members)) {
+    if (!order_.empty()) build(0, order_.size());
+  }
+
+  // Calls leaf(face) for the faces of all leaves that enter(box) lets in, those near p first: `enter` may grow
+  // stricter on the way.
+  template <class Enter, class Leaf>
+  void visit(Vec3 p, Enter enter, Leaf leaf) const {
+    if (!order_.empty()) visit(p, 0, 0, order_.size(), enter, leaf);
+  }
+
+ private:
+  static constexpr std::size_t few = 4;
+
+  Vec3 middle(Index face) const {
+    const auto [a, b, c] = faces_[face];
+    return points_[a] + points_[b] + points_[c];
+  }
+
+  std::size_t build(std::size_t begin, std::size_t end) {
+    const std::size_t node = boxes_.size();
+    Box box, middles;
+    for (std::size_t i = begin; i < end; ++i) {
+      for (const Index corner : faces_[order_[i]]) box.add(points_[corner]);
+      middles.add(middle(order_[i]));
+    }
+    boxes_.push_back(box);
+    second_.push_back(0);
+    if (end - begin <= few) return node;
+    const Vec3 size = middles.high - middles.low;
+    double Vec3::*axis = &Vec3::x;
+    if (size.y > size.*axis) axis = &Vec3::y;
+    if (size.z > size.*axis) axis = &Vec3::z;
+    const std::size_t half = begin + (end - begin) / 2;
+    const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(begin), at(half), at(end),
+                     [&](Index f, Index g) { return middle(f).*axis < middle(g).*axis; });
+    build(begin, half);
+    second_[node] = build(half, end);
+    return node;
+  }
+
+  template <class Enter, class Leaf>
+  void visit(Vec3 p, std::size_t node, std::size_t begin, std::size_t end, Enter& enter, Leaf& leaf) const {
+    if (!enter(boxes_[node])) return;
+    if (end - begin <= few) {
+      for (std::size_t i = begin; i < end; ++i) leaf(order_[i]);
+      return;
+    }
+    const std::size_t half = begin + (end - begin) / 2, first = node + 1, second = second_[node];
+    const bool in_order = boxes_[first].distance(p) <= boxes_[second].distance(p);
+    if (!in_order) visit(p, second, half, end, enter, leaf);
+    visit(p, first, begin, half, enter, leaf);
+    if (in_order) visit(p, second, half, end, enter, leaf);
+  }
+
+  std::span<const Vec3> points_;
+  std::span<const Face> faces_;
+  std::vector<Index> order_;
+  std::vector<Box> boxes_;
+  std::vector<std::size_t> second_;  // the second child; the first follows its parent
+};
+
+}  // namespace bldsimp
