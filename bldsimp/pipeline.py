@@ -98,7 +98,7 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
     # Squares of it must not leave the range of double precision.
     within = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
-    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source)
+    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
     faces, halfedges, turned = _oriented(welded, rows, pinned, width)
     label = np.where(pinned, np.int32(-1), part)
     facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle, math.sqrt(within**2 - width**2))

@@ -82,11 +82,11 @@ void def_view(Class& c, const char* name, Items Result::*member) {
 // Arrays of which `Rows` looks at the data.
 struct RowArrays {
   Faces3 input;
-  Indices point_of_row, source;
+  Indices point_of_row, source, class_of_row;
 };
 Rows seen(const RowArrays* arrays) {
   if (!arrays) return {};
-  return {rows<Face>(arrays->input), flat(arrays->point_of_row), flat(arrays->source)};
+  return {rows<Face>(arrays->input), flat(arrays->point_of_row), flat(arrays->source), flat(arrays->class_of_row)};
 }
 
 void bind_mesh(nb::module_& m) {
@@ -95,6 +95,7 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(welded, "point_of_row", &Welded::point_of_row);
   def_view<Index>(welded, "faces", &Welded::faces);
   def_view<Index>(welded, "source", &Welded::source);
+  def_view<Index>(welded, "class_of_row", &Welded::class_of_row);
   welded.def_ro("degenerate", &Welded::degenerate)
       .def_ro("duplicate", &Welded::duplicate)
       .def_ro("moved", &Welded::moved);
@@ -113,10 +114,10 @@ void bind_mesh(nb::module_& m) {
   nb::class_<RowArrays>(m, "Rows")
       .def(
           "__init__",
-          [](RowArrays* self, Faces3 input, Indices point_of_row, Indices source) {
-            new (self) RowArrays{std::move(input), std::move(point_of_row), std::move(source)};
+          [](RowArrays* self, Faces3 input, Indices point_of_row, Indices source, Indices class_of_row) {
+            new (self) RowArrays{std::move(input), std::move(point_of_row), std::move(source), std::move(class_of_row)};
           },
-          "input"_a, "point_of_row"_a, "source"_a);
+          "input"_a, "point_of_row"_a, "source"_a, "class_of_row"_a);
 
   nb::class_<Halfedges> halfedges(m, "Halfedges");
   def_view<Index>(halfedges, "twin", &Halfedges::twin);
@@ -130,6 +131,17 @@ void bind_mesh(nb::module_& m) {
         nb::gil_scoped_release release;
         const auto [open, nonmanifold] = count_edges(rows<Face>(faces), point_count);
         return std::tuple(open, nonmanifold);
+      },
+      "faces"_a, "point_count"_a);
+  m.def(
+      "find_components",
+      [](Faces3 faces, Index point_count) {
+        Array<Index> component;
+        {
+          nb::gil_scoped_release release;
+          component = find_components(rows<Face>(faces), point_count);
+        }
+        return give<Index>(std::move(component));
       },
       "faces"_a, "point_count"_a);
   m.def(
@@ -157,7 +169,7 @@ void bind_mesh(nb::module_& m) {
   def_view<double>(facets, "planes", &Facets::planes);
   facets.def(
       "__init__",
-      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 6>> planes) {
+      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 5>> planes) {
         const auto all = rows<Plane>(planes);
         new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}};
       },
@@ -247,6 +259,7 @@ void bind_mesh(nb::module_& m) {
   nb::class_<PieceEdges> edges(m, "PieceEdges");
   def_view<Index>(edges, "edges", &PieceEdges::edges);
   def_view<Index>(edges, "clashing", &PieceEdges::clashing);
+  def_view<Index>(edges, "healed_pieces", &PieceEdges::healed_pieces);
   edges.def_ro("healed", &PieceEdges::healed);
   m.def(
       "merge_pieces",
@@ -260,19 +273,20 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(patches, "triangles", &Patches::triangles);
   def_view<Index>(patches, "facet_of_triangle", &Patches::facet_of_triangle);
   def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
+  def_view<double>(patches, "reach", &Patches::reach);
   def_view<Index>(patches, "put_back", &Patches::put_back);
   def_view<Index>(patches, "trouble", &Patches::trouble);
   m.def(
       "retriangulate",
       [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
-         const std::vector<Piece>& all, Bytes kept, Indices wanted, Bytes keep) {
+         const std::vector<Piece>& all, Bytes kept, Doubles reach, Indices wanted, Bytes keep) {
         nb::gil_scoped_release release;
         const FacetParts parts{rows<Vec3>(points), rows<Face>(faces), flat(face_start), flat(face_order),
-                               f.planes, o, all, flat(kept)};
+                               f.planes, o, all, flat(kept), flat(reach)};
         return retriangulate(parts, flat(wanted), flat(keep));
       },
       "points"_a, "faces"_a, "face_start"_a, "face_order"_a, "facets"_a, "outlines"_a, "pieces"_a, "kept"_a,
-      "wanted"_a, "keep"_a);
+      "reach"_a, "wanted"_a, "keep"_a);
   m.def(
       "find_misfits",
       [](Faces3 triangles, Indices facet_of_triangle, const PieceEdges& expected, Bytes keep, const Outlines& o) {

@@ -103,7 +103,8 @@ class FacetFinder {
     return fold;
   }
 
-  // The greatest fold of the faces that are turned over in a plane: what they cover, others may not.
+  // The greatest fold of the faces that are turned over in a plane: what they cover, others may not. A guess that
+  // keeps what folds too far out of a facet; how far it does is measured on the result.
   double greatest_fold(std::span<const Index> set, Vec3 normal) const {
     if (normal == Vec3{0, 0, 0}) return 0;
     double fold = 0;
@@ -241,7 +242,7 @@ class FacetFinder {
 
   void add_facet(std::span<const Index> set, const Slab& slab) {
     for (const Index f : set) facet_of_face_[f] = static_cast<Index>(planes_.size());
-    planes_.push_back({slab.normal, slab.low, slab.high, greatest_fold(set, slab.normal)});
+    planes_.push_back({slab.normal, slab.low, slab.high});
   }
 
   // Grows facets inside a candidate that is not flat as a whole (a drifting or stepped surface), from
@@ -315,7 +316,7 @@ class FacetFinder {
       members[b].clear();
       for (const Index f : members[a]) facet_of_face_[f] = first + a;
       const Slab slab = fit(members[a]);
-      planes_[first + a] = {slab.normal, slab.low, slab.high, greatest_fold(members[a], slab.normal)};
+      planes_[first + a] = {slab.normal, slab.low, slab.high};
       beside[a].insert(beside[a].end(), beside[b].begin(), beside[b].end());
       for (const Index c : beside[b]) beside[c].push_back(a);
       tidy(a);
@@ -347,7 +348,7 @@ class FacetFinder {
       // A better plane may reach farther: sweep the region again until it stays as it is.
       if (fitted != region_.size()) refit(slab);
     }
-    planes_.push_back({slab.normal, slab.low, slab.high, greatest_fold(region_, slab.normal)});
+    planes_.push_back({slab.normal, slab.low, slab.high});
   }
 
   bool may_join(const Slab& slab, Index h, Index t) const {

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "edges.hpp"
+#include "face_sets.hpp"
 #include "parallel.hpp"
 
 namespace bldsimp {
@@ -24,7 +25,7 @@ struct Pairing {
   Index start(Index h) const { return origin(faces, h); }
 
   std::array<Index, 2> rows(Index h) const {
-    const Index a = rows_of.at(h / 3, start(h)), b = rows_of.at(h / 3, target(faces, h));
+    const Index a = rows_of.class_at(h / 3, start(h)), b = rows_of.class_at(h / 3, target(faces, h));
     return {std::min(a, b), std::max(a, b)};
   }
 
@@ -127,6 +128,14 @@ std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count)
     counts[1] += edge.size() > 2;
   });
   return counts;
+}
+
+Array<Index> find_components(std::span<const Face> faces, Index point_count) {
+  FaceSets sets(faces.size());
+  EdgeBuckets(faces, point_count).visit(0, point_count, [&](std::span<const Index> edge) {
+    for (const Index h : edge) sets.join(edge[0] / 3, h / 3);
+  });
+  return std::move(sets).roots();
 }
 
 }  // namespace bldsimp

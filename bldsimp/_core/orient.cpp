@@ -114,7 +114,8 @@ class Orienter {
   void for_row_mates(std::span<const Index> edge, Visit visit) const {
     std::vector<std::array<Index, 3>> by_rows;
     for (const Index h : edge) {
-      const auto [low, high] = std::minmax({rows_.at(h / 3, origin(faces_, h)), rows_.at(h / 3, target(faces_, h))});
+      const auto [low, high] =
+          std::minmax({rows_.class_at(h / 3, origin(faces_, h)), rows_.class_at(h / 3, target(faces_, h))});
       by_rows.push_back({low, high, h});
     }
     std::sort(by_rows.begin(), by_rows.end());

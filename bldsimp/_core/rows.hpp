@@ -16,10 +16,15 @@ inline Index row_at(Index point, const Face& input, std::span<const Index> point
 // The file's rows at the corners of welded faces. Without any (faces that are no file's) points are rows.
 struct Rows {
   std::span<const Face> input;
-  std::span<const Index> point_of_row, source;  // as in `Welded`
+  std::span<const Index> point_of_row, source, class_of_row;  // as in `Welded`
 
   Index at(Index face, Index point) const {
     return input.empty() ? point : row_at(point, input[source[face]], point_of_row);
+  }
+  // The same for rows that count as one.
+  Index class_at(Index face, Index point) const {
+    const Index row = at(face, point);
+    return class_of_row.empty() ? row : class_of_row[row];
   }
 };
 

@@ -217,6 +217,19 @@ Array<SortedFace> sort_faces(std::span<const Face> input, std::span<const Index>
   return sorted;
 }
 
+// Rows that copies of a face have for the same corner stand for one another: which of the copies stays must not
+// decide which faces share a row. Leads each row of `first` and `second` to the least row of its class.
+void unite(const Face& first, const Face& second, Array<Index>& class_of_row) {
+  const auto find = [&](Index row) {
+    while (class_of_row[row] != row) row = class_of_row[row] = class_of_row[class_of_row[row]];
+    return row;
+  };
+  for (int i = 0; i < 3; ++i) {
+    const auto [low, high] = std::minmax({find(first[i]), find(second[i])});
+    class_of_row[high] = low;
+  }
+}
+
 // The input rows of a face's corners.
 Face rows_at(const Face& face, const Face& input, std::span<const Index> point_of_row) {
   Face rows;
@@ -226,6 +239,7 @@ Face rows_at(const Face& face, const Face& input, std::span<const Index> point_o
 
 // Copies stand side by side; of those the one with the least rows stays, whatever the order of the file.
 void lay_faces(std::span<const Face> input, Welded& welded) {
+  Array<Index>& class_of_row = welded.class_of_row;
   const Array<SortedFace> sorted = sort_faces(input, welded.point_of_row, welded.points.size());
   welded.faces.reserve(sorted.size());
   welded.source.reserve(sorted.size());
@@ -237,9 +251,17 @@ void lay_faces(std::span<const Face> input, Welded& welded) {
       welded.source.push_back(source);
       continue;
     }
-    const auto rows = [&](Index f) { return rows_at(face, input[f], welded.point_of_row); };
-    if (rows(source) < rows(welded.source.back())) welded.source.back() = source;
+    if (class_of_row.empty()) {
+      class_of_row.resize(welded.point_of_row.size());
+      std::iota(class_of_row.begin(), class_of_row.end(), 0);
+    }
+    const Face rows = rows_at(face, input[source], welded.point_of_row);
+    const Face least = rows_at(face, input[welded.source.back()], welded.point_of_row);
+    unite(rows, least, class_of_row);
+    if (rows < least) welded.source.back() = source;
   }
+  // Roots come before what they lead to.
+  for (Index& row : class_of_row) row = class_of_row[row];
   welded.degenerate = static_cast<Index>(input.size() - sorted.size());
   welded.duplicate = static_cast<Index>(sorted.size() - welded.faces.size());
 }

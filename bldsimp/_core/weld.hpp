@@ -15,6 +15,7 @@ struct Welded {
   Array<Index> point_of_row;  // -1 where no face uses the row
   Array<Face> faces;          // least point first, winding kept; in lexicographic order
   Array<Index> source;        // input face of each face
+  Array<Index> class_of_row;  // where faces have copies: rows with equal numbers count as one; else empty
   Index degenerate = 0;             // faces dropped since they repeat a point
   Index duplicate = 0;              // faces dropped since they copy another with the same winding
   double moved = 0;                 // greatest distance between a row and its point

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..number_format import number_format
-from ..scene import Mesh, Part, check_finite
+from ..scene import LARGEST_COORDINATE, Mesh, Part, check_finite
 from .gltf import Document, refuse_packed
 from .surface import Material
 
@@ -224,7 +224,7 @@ def _material(document: Document, primitive: dict[str, Any]) -> Material | None:
 
 def _instances(document: Document) -> tuple[dict[int, list[NDArray[np.float64]]], set[int]]:
     """World transforms of each mesh, over all scenes; and the meshes that a skin bends."""
-    nodes = document.items("nodes")
+    nodes, meshes = document.items("nodes"), document.items("meshes")
     transforms: dict[int, list[NDArray[np.float64]]] = {}
     skinned: set[int] = set()
     stack = [(root, np.eye(4)) for root in reversed(_roots(document))]
@@ -237,6 +237,13 @@ def _instances(document: Document) -> tuple[dict[int, list[NDArray[np.float64]]]
         node = nodes[index]
         world = product(above, local_transform(node))
         if "mesh" in node:
+            mesh = node["mesh"]
+            if not isinstance(mesh, int) or not 0 <= mesh < len(meshes):
+                raise InputError(f"glTF node {index} names mesh {mesh}, which is not there: the file is damaged")
+            if not np.all(np.abs(world) <= LARGEST_COORDINATE):
+                raise InputError(
+                    f"glTF node {index} and those above it scale or move its mesh beyond 1e100: repair their transforms"
+                )
             for instance in _gpu_instances(document, node):
                 transforms.setdefault(node["mesh"], []).append(product(world, instance))
             if "skin" in node:
@@ -301,5 +308,6 @@ def _stored_transform(node: dict[str, Any]) -> NDArray[np.float64]:
 
 
 def product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrix product summed in a fixed order."""
-    return np.array([[sum(a[i, k] * b[k, j] for k in range(4)) for j in range(4)] for i in range(4)])
+    """Matrix product summed in a fixed order; infinite or no number where it leaves the range of double precision."""
+    left, right = a.tolist(), b.tolist()
+    return np.array([[sum(left[i][k] * right[k][j] for k in range(4)) for j in range(4)] for i in range(4)])
