@@ -98,7 +98,8 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
     # Squares of it must not leave the range of double precision.
     within = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
-    faces, rows, halfedges, turned = _oriented(welded, pinned, width)
+    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
+    faces, halfedges, turned = _oriented(welded, rows, pinned, width)
     label = np.where(pinned, np.int32(-1), part)
     facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle, math.sqrt(within**2 - width**2))
     frozen = np.zeros(len(facets.planes), np.uint8)
@@ -138,10 +139,10 @@ def simplify_mesh(mesh: Mesh, tolerance: float, options: Options = DEFAULTS) -> 
 def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[_core.Welded, float]:
     """A mesh with near points joined, and how far that moved one; corners of parts that are passed on stay."""
     welded = _core.weld(mesh.points, mesh.faces, distance)
+    if welded.moved == 0.0 or not passed_on.any():
+        return welded, welded.moved
     stays = np.zeros(len(mesh.points), bool)
     stays[mesh.faces[passed_on[mesh.part_of_face]]] = True
-    if welded.moved == 0.0 or not stays.any():
-        return welded, welded.moved
     used = welded.point_of_row >= 0
     at = np.where(used[:, None], welded.points[welded.point_of_row], mesh.points)
     rows, targets = _nearest_staying(mesh.points, welded.point_of_row, stays)
@@ -202,24 +203,17 @@ def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int
 
 
 def _oriented(
-    welded: _core.Welded, pinned: NDArray[np.bool_], width: float
-) -> tuple[Faces, Faces, _core.Halfedges, int]:
-    """Faces, their rows and halfedges with consistent, outward winding, and how many faces that turned."""
-    points, faces, rows = welded.points, welded.faces, welded.rows
-    shared = _classes(welded, rows)
-    halfedges = _core.pair_halfedges(points, faces, shared.reshape(-1), width)
-    turned = _core.find_turned(points, faces, halfedges, shared, pinned.astype(np.uint8))
+    welded: _core.Welded, rows: _core.Rows, pinned: NDArray[np.bool_], width: float
+) -> tuple[Faces, _core.Halfedges, int]:
+    """Faces and halfedges with consistent, outward winding, and how many faces that turned."""
+    points, faces = welded.points, welded.faces
+    halfedges = _core.pair_halfedges(points, faces, rows, width)
+    turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
     if len(turned):
-        faces, rows = faces.copy(), rows.copy()
-        for corners in (faces, rows):
-            corners[turned] = corners[turned][:, [0, 2, 1]]
-        halfedges = _core.pair_halfedges(points, faces, _classes(welded, rows).reshape(-1), width)
-    return faces, rows, halfedges, len(turned)
-
-
-def _classes(welded: _core.Welded, rows: Faces) -> Faces:
-    """One number for rows that count as one, since copies of a face use them for the same corner."""
-    return welded.class_of_row[rows] if welded.duplicate else rows
+        faces = faces.copy()
+        faces[turned] = faces[turned][:, [0, 2, 1]]
+        halfedges = _core.pair_halfedges(points, faces, rows, width)
+    return faces, halfedges, len(turned)
 
 
 def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
@@ -235,7 +229,7 @@ def _in_rows(
     mesh: Mesh,
     assembled: Assembled,
     faces: Faces,
-    rows: Faces,
+    rows: _core.Rows,
     facet_of_face: Indices,
     part: Indices,
     passed_on: NDArray[np.bool_],
@@ -244,6 +238,8 @@ def _in_rows(
     found = _core.find_rows(
         assembled.triangles, assembled.facet_of_triangle, faces, rows, facet_of_face, assembled.kept
     )
+    if not passed_on.any() and len(passed_on) == 1:
+        return Light(found, np.zeros(len(found), np.int32))
     part_of_facet = np.zeros(len(assembled.rung), np.int32)
     part_of_facet[facet_of_face] = part
     part_of_triangle = part_of_facet[assembled.facet_of_triangle]

@@ -235,14 +235,13 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
             f"faces {outside[:MOST_NAMED].tolist()} use points that are not there: there are {len(own)}"
         )
     check_finite(own, corners)
-    single, rounding = number_format(own, corners) if len(corners) else (False, 0.0)
     mesh = Mesh(
         name="mesh",
         points=own,
         faces=np.ascontiguousarray(corners, np.int32),
         part_of_face=np.zeros(len(corners), np.int32),
         parts=[Part("mesh")],
-        single=single,
-        rounding=rounding,
     )
+    if len(corners):
+        mesh.single, mesh.rounding = number_format(mesh.used_points)
     return Scene(path=None, format="arrays", meshes=[mesh], size=own.nbytes + corners.nbytes)
