@@ -66,7 +66,8 @@ class Simplified:
         compact = np.unique(outcome.triangles, return_inverse=True)[1]
         triangles = compact.reshape(-1, 3).astype(np.int32)
         order = np.argsort(outcome.facet_of_face, kind="stable")
-        faces = np.split(outcome.source[order], np.cumsum(np.bincount(outcome.facet_of_face))[:-1])
+        start = np.searchsorted(outcome.facet_of_face[order], np.arange(len(outcome.rung)))
+        faces = np.split(outcome.source[order], start)[1:]
         order = np.argsort(outcome.facet_of_triangle, kind="stable")
         shown, start = np.unique(outcome.facet_of_triangle[order], return_index=True)
         groups = np.split(triangles[order], start[1:])
