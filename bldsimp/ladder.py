@@ -127,7 +127,7 @@ class _Ladder:
         order = np.lexsort((faces[:, 1], faces[:, 1:].max(axis=1), faces[:, 1:].min(axis=1), faces[:, 0]))
         faces = np.ascontiguousarray(faces[order])
         facet_of_face = self.facet_of_part[self.part_of_triangle[order]]
-        halfedges = _core.pair_halfedges(self.points, faces, faces.reshape(-1), self.tolerance)
+        halfedges = _core.pair_halfedges(self.points, faces, None, self.tolerance)
         facets = _core.Facets(facet_of_face, self.planes)
         after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned, self.hardly)
         np.maximum.at(after.folded, self.facet_of_part, self.folds + self.reach)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from shapes import Gltf, box, fine_box, glb_parts, glb_values, triangle_set, write
 
-from bldsimp import InputError, Options, Scene, Tolerance, simplify_scene
+from bldsimp import InputError, Options, OutputError, Scene, Tolerance, simplify_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.tolerance import diagonal, resolve_tolerance, spacing
@@ -193,6 +193,16 @@ BROKEN = {
         ),
         "beyond 1e100",
     ),
+    "an image of nothing": (lambda d: d.json.update(images=[{}]), "image 0 has neither"),
+    "an image of a number": (lambda d: d.json.update(images=[{"uri": 7}]), "image 0 has neither"),
+    "an image of no view": (lambda d: d.json.update(images=[{"bufferView": 9}]), "no entry 9"),
+    "a colour of words": (
+        lambda d: (
+            d.json["meshes"][0]["primitives"][0].update(material=0),
+            d.json.update(materials=[{"pbrMetallicRoughness": {"baseColorFactor": ["red"] * 4}}]),
+        ),
+        "not as the format asks",
+    ),
     "a member that is no list": (lambda d: d.json.update(cameras={}), "'cameras' is not a list"),
     "an accessor of no type": (lambda d: d.json["accessors"][0].update(type="VEC9"), "not understood"),
     "a count below zero": (lambda d: d.json["accessors"][0].update(count=-1), "negative count"),
@@ -218,6 +228,32 @@ def test_odd_scales_end_in_a_result_or_one_error(factor: float, tolerance: Toler
     _, report = simplify_scene(scene, Options(tolerance=tolerance))
     assert report.after.watertight
     assert np.isfinite(report.deviation)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda d: d.json["scenes"][0].update(extras=[1e400]), "beyond double precision"),
+        (lambda d: d.json["nodes"].append({"extensions": {"EXT_mesh_gpu_instancing": []}}), "not as the format asks"),
+    ],
+)
+def test_what_no_mesh_uses_is_told_on_writing(change, told: str) -> None:
+    scene = read(_spoilt(change).replace(b"Infinity", b"1e400   "), "glb")
+    lights, _ = simplify_scene(scene, Options())
+    with pytest.raises(OutputError, match=told):
+        write_scene(scene, lights, io.BytesIO(), "glb", Options())
+
+
+@pytest.mark.parametrize("suffix", ["glb", "gltf", "obj", "ply"])
+def test_half_a_letter_in_a_name_can_be_written(tmp_path: Path, suffix: str) -> None:
+    document = Gltf()
+    document.mesh({**document.box(), "material": 0}, name="\ud800")
+    document.json["materials"] = [{"name": "\udc00"}]
+    scene = read(document.glb(), "glb")
+    lights, _ = simplify_scene(scene, Options())
+    target = tmp_path / f"out.{suffix}"
+    write_scene(scene, lights, target, suffix, Options())
+    assert len(read(target, suffix).meshes[0].faces) == 12
 
 
 class TestBeside:

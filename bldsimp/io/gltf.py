@@ -63,6 +63,11 @@ class Document:
             found = self.items(key)
             if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
                 raise InputError(f"the glTF member '{key}' is not a list of objects: the file is damaged")
+        for number, image in enumerate(self.items("images")):
+            if not isinstance(image.get("uri", ""), str) or not ("uri" in image or "bufferView" in image):
+                raise InputError(f"glTF image {number} has neither a URI nor a buffer view: the file is damaged")
+            if "bufferView" in image:
+                self._item("bufferViews", image["bufferView"])
         for key in ("extensionsUsed", "extensionsRequired"):
             names = self.json.get(key, [])
             if not isinstance(names, list) or not all(isinstance(name, str) for name in names):

@@ -74,7 +74,7 @@ def gltf_meshes(document: Document) -> list[Mesh]:
 def _mesh(document: Document, index: int, skinned: bool) -> Mesh | None:
     """One mesh, or None where it has no triangles."""
     entry = document.items("meshes")[index]
-    name = str(entry.get("name", f"mesh {index}"))
+    name = _name(entry, f"mesh {index}")
     shared: dict[tuple[int | None, ...], Rows] = {}
     parts, faces = [], []
     rows_so_far = 0
@@ -116,17 +116,15 @@ def _joined(
     joined = np.concatenate(faces).astype(np.int32)
     check_finite(points, joined)
     step = max(document.step(group.position) for group in rows)
-    single, rounding = (False, step / 2.0) if step else number_format(points, joined)
     mesh = Mesh(
         name=name,
         points=points,
         faces=joined,
         part_of_face=np.repeat(np.arange(len(parts), dtype=np.int32), [len(own) for own in faces]),
         parts=parts,
-        single=single,
-        rounding=rounding,
         source=GltfMesh(index, rows, {}),
     )
+    mesh.single, mesh.rounding = (False, step / 2.0) if step else number_format(mesh.used_points)
     if any(group.normal is not None for group in rows):
         mesh.normals = np.concatenate([_normals(document, group) for group in rows])
     mesh.source.carried = _carried(document, index, mesh)
@@ -215,13 +213,19 @@ def _material(document: Document, primitive: dict[str, Any]) -> Material | None:
         return None
     entry = materials[number]
     metallic = entry.get("pbrMetallicRoughness", {})
-    color = tuple(metallic.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0)))
+    r, g, b, a = (float(value) for value in metallic.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0)))
+    color = r, g, b, a
     texture = metallic.get("baseColorTexture", {}).get("index")
     textures = document.items("textures")
-    image = textures[texture].get("source") if texture is not None and texture < len(textures) else None
-    return Material(
-        str(entry.get("name", f"material {number}")), color, None if image is None else str(image)
-    )
+    image = textures[texture].get("source") if texture is not None and 0 <= texture < len(textures) else None
+    if image is not None and (not isinstance(image, int) or not 0 <= image < len(document.items("images"))):
+        raise InputError(f"glTF texture {texture} names image {image}, which is not there: the file is damaged")
+    return Material(_name(entry, f"material {number}"), color, None if image is None else str(image))
+
+
+def _name(entry: dict[str, Any], default: str) -> str:
+    """A name that every encoding takes: JSON can name half of a surrogate pair."""
+    return str(entry.get("name", default)).encode("utf-8", "replace").decode("utf-8")
 
 
 def _instances(document: Document) -> tuple[dict[int, list[NDArray[np.float64]]], set[int]]:

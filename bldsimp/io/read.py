@@ -66,7 +66,7 @@ def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
         try:
             scene.source = parse_gltf(data, folder)
             scene.meshes = gltf_meshes(scene.source)
-        except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
             # JSON may hold anything anywhere; what the format does not foresee ends here.
             what = f"{type(error).__name__}: {error}"
             raise InputError(
