@@ -32,7 +32,7 @@ class Facet:
     normal : (3,) float64
         Unit normal on the side that the faces face; zero where the facet has no area.
     faces : (k,) int32
-        Input faces.
+        Input faces. Where a wide tolerance parts what was flat, all go with its largest piece.
     rings : list of (n,) int32
         Outline as closed cycles of rows of the result's points, the facet on their left.
     """
