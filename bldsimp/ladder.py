@@ -64,9 +64,9 @@ def _hardly_thinned(points: Points, faces: Faces, facets: _core.Facets, done: As
     A curved surface can be cut into facets in many ways, and any cut of the result of a run finds a few more
     points to drop. That is not worth moving the surface once more.
     """
-    curved = np.flatnonzero(facets.curved[facets.facet_of_face])
-    if len(curved) == 0:
+    if not facets.curved.any():
         return np.zeros_like(facets.curved)
+    curved = np.flatnonzero(facets.curved[facets.facet_of_face])
     component = _core.find_components(faces, len(points))
     key = np.unique(np.repeat(component[curved].astype(np.int64), 3) * len(points) + faces[curved].reshape(-1))
     owner, point = np.divmod(key, len(points))
@@ -129,7 +129,7 @@ class _Ladder:
         order = np.lexsort((faces[:, 1], faces[:, 1:].max(axis=1), faces[:, 1:].min(axis=1), faces[:, 0]))
         faces = np.ascontiguousarray(faces[order])
         facet_of_face = self.facet_of_part[self.part_of_triangle[order]]
-        halfedges = _core.pair_halfedges(self.points, faces, faces.reshape(-1), self.tolerance)
+        halfedges = _core.pair_halfedges(self.points, faces, None, self.tolerance)
         facets = _core.Facets(facet_of_face, self.planes)
         after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned, self.hardly)
         np.maximum.at(after.folded, self.facet_of_part, self.folds + self.reach)

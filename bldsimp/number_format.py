@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,14 +9,12 @@ from .options import SIGNIFICANT_DIGITS
 from .scene import Points
 
 
-def number_format(points: Points, corners: NDArray[Any]) -> tuple[bool, float]:
-    """How finely the numbers of a file are stored: see `Mesh.single` and `Mesh.rounding`.
+def number_format(used: Points) -> tuple[bool, float]:
+    """How finely the numbers of the points that are used are stored: see `Mesh.single` and `Mesh.rounding`.
 
     Told from the values alone, so that the same numbers give the same answer in text and binary.
     """
-    used = np.zeros(len(points), bool)
-    used[corners] = True
-    values = (points if used.all() else points[used]).ravel()
+    values = used.ravel()
     with np.errstate(over="ignore", under="ignore"):
         nearest = values.astype(np.float32).astype(np.float64)
     if np.array_equal(nearest, values):

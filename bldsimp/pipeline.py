@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from . import _core
 from .assembled import Assembled, Layout
 from .ladder import climb
-from .options import DEFAULTS, NEEDLE_DIAGONAL, WIDTH_SHARE, Options
+from .options import AUTO_DIAGONAL, DEFAULTS, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
 from .scene import LARGEST_COORDINATE, Faces, Indices, Light, Mesh, Points
 from .triangulation import Statistics
@@ -28,8 +30,9 @@ class Outcome:
         Welded points of the input, in lexicographic order.
     triangles : (k, 3) int32
         The result over `points`.
-    facet_of_triangle, facet_of_face : int32
-        Facets of the result's triangles and of the welded faces.
+    facet_of_triangle, facet_of_light, facet_of_face : int32
+        Facets of the result's triangles over `points`, of those in rows of the mesh, and of the welded faces
+        of the input; -1 for a face of whose facet nothing is left.
     source : (m,) int32
         Input face of each welded face.
     planes : (f, 5) float64
@@ -57,6 +60,7 @@ class Outcome:
     points: Points
     triangles: Faces
     facet_of_triangle: Indices
+    facet_of_light: Indices
     facet_of_face: Indices
     source: Indices
     planes: NDArray[np.float64]
@@ -73,6 +77,38 @@ class Outcome:
     reasons: dict[str, int] = field(default_factory=dict)
     statistics: Statistics = field(default_factory=Statistics)
     layout: Layout | None = None
+
+
+    def followed_by(self, second: Outcome) -> Outcome:
+        """What two runs did together, of which the second worked on the result of the first."""
+        facet = _facet_after(self, second)
+        rung = second.rung.copy()
+        told = facet >= 0
+        np.maximum.at(rung, facet[told], self.rung[told])
+        return dataclasses.replace(
+            second,
+            facet_of_face=facet[self.facet_of_face],
+            source=self.source,
+            rung=rung,
+            before=self.before,
+            deviation=self.deviation + second.deviation,
+            degenerate=self.degenerate,
+            duplicate=self.duplicate,
+            turned=self.turned + second.turned,
+            healed=self.healed + second.healed,
+            reasons=dict(Counter(self.reasons) + Counter(second.reasons)),
+            statistics=self.statistics + second.statistics,
+        )
+
+
+def _facet_after(first: Outcome, second: Outcome) -> Indices:
+    """Facet of the second run that has the most triangles of each facet of the first, -1 where none is left."""
+    facet_of_row = first.facet_of_light[second.source]
+    pairs, count = np.unique(np.stack([facet_of_row, second.facet_of_face], axis=1), axis=0, return_counts=True)
+    order = np.lexsort((-pairs[:, 1], count))
+    facet = np.full(len(first.rung), -1, np.int32)
+    facet[pairs[order, 0]] = pairs[order, 1]
+    return facet
 
 
 def simplify_mesh(
@@ -98,7 +134,21 @@ def simplify_mesh(
     -----
     Nearly linear in the number of faces. The result depends on the coordinates alone: every stage works
     on points and faces in lexicographic order.
+
+    A wide tolerance is used on what is left at a small one. Facets that are wide for the many faces of a flat
+    wall take pieces of its neighbours in, and then fail together; on few faces they seldom do.
     """
+    diagonal = _frame(mesh.box)[1]
+    if tolerance <= STAGED_DIAGONAL * diagonal:
+        return _simplify_at_once(mesh, tolerance, options, with_layout)
+    first = _simplify_at_once(mesh, AUTO_DIAGONAL * diagonal, options, False)
+    left = dataclasses.replace(mesh, faces=first.light.faces, part_of_face=first.light.part_of_face)
+    welded = dataclasses.replace(options, weld=0.0)
+    return first.followed_by(_simplify_at_once(left, tolerance - first.deviation, welded, with_layout))
+
+
+def _simplify_at_once(mesh: Mesh, tolerance: float, options: Options, with_layout: bool) -> Outcome:
+    """Every stage once."""
     passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
     welded, moved = _welded(mesh, passed_on, options.weld)
     points = welded.points
@@ -109,14 +159,15 @@ def simplify_mesh(
     # Squares of it must not leave the range of double precision.
     within = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
-    faces, rows, halfedges, turned = _oriented(welded, pinned, width)
+    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
+    faces, halfedges, turned = _oriented(welded, rows, pinned, width)
     label = np.where(pinned, np.int32(-1), part)
     facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle, math.sqrt(within**2 - width**2))
     frozen = np.zeros(len(facets.planes), np.uint8)
     frozen[facets.facet_of_face[pinned]] = 1
     assembled = climb(points, faces, halfedges, facets, within, frozen)
     before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
-    light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, part, passed_on)
+    light, facet_of_light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, welded.source, passed_on)
     if moved > 0:
         light.faces = _at_their_points(mesh, light, welded)
     moved += float(assembled.deviation.max(initial=0.0))
@@ -125,6 +176,7 @@ def simplify_mesh(
         points=points,
         triangles=assembled.triangles,
         facet_of_triangle=assembled.facet_of_triangle,
+        facet_of_light=facet_of_light,
         facet_of_face=facets.facet_of_face,
         source=welded.source,
         planes=facets.planes,
@@ -151,10 +203,10 @@ def simplify_mesh(
 def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[_core.Welded, float]:
     """A mesh with near points joined, and how far that moved one; corners of parts that are passed on stay."""
     welded = _core.weld(mesh.points, mesh.faces, distance)
+    if welded.moved == 0.0 or not passed_on.any():
+        return welded, welded.moved
     stays = np.zeros(len(mesh.points), bool)
     stays[mesh.faces[passed_on[mesh.part_of_face]]] = True
-    if welded.moved == 0.0 or not stays.any():
-        return welded, welded.moved
     used = welded.point_of_row >= 0
     at = np.where(used[:, None], welded.points[welded.point_of_row], mesh.points)
     rows, targets = _nearest_staying(mesh.points, welded.point_of_row, stays)
@@ -215,24 +267,17 @@ def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int
 
 
 def _oriented(
-    welded: _core.Welded, pinned: NDArray[np.bool_], width: float
-) -> tuple[Faces, Faces, _core.Halfedges, int]:
-    """Faces, their rows and halfedges with consistent, outward winding, and how many faces that turned."""
-    points, faces, rows = welded.points, welded.faces, welded.rows
-    shared = _classes(welded, rows)
-    halfedges = _core.pair_halfedges(points, faces, shared.reshape(-1), width)
-    turned = _core.find_turned(points, faces, halfedges, shared, pinned.astype(np.uint8))
+    welded: _core.Welded, rows: _core.Rows, pinned: NDArray[np.bool_], width: float
+) -> tuple[Faces, _core.Halfedges, int]:
+    """Faces and halfedges with consistent, outward winding, and how many faces that turned."""
+    points, faces = welded.points, welded.faces
+    halfedges = _core.pair_halfedges(points, faces, rows, width)
+    turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
     if len(turned):
-        faces, rows = faces.copy(), rows.copy()
-        for corners in (faces, rows):
-            corners[turned] = corners[turned][:, [0, 2, 1]]
-        halfedges = _core.pair_halfedges(points, faces, _classes(welded, rows).reshape(-1), width)
-    return faces, rows, halfedges, len(turned)
-
-
-def _classes(welded: _core.Welded, rows: Faces) -> Faces:
-    """One number for rows that count as one, since copies of a face use them for the same corner."""
-    return welded.class_of_row[rows] if welded.duplicate else rows
+        faces = faces.copy()
+        faces[turned] = faces[turned][:, [0, 2, 1]]
+        halfedges = _core.pair_halfedges(points, faces, rows, width)
+    return faces, halfedges, len(turned)
 
 
 def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
@@ -248,21 +293,25 @@ def _in_rows(
     mesh: Mesh,
     assembled: Assembled,
     faces: Faces,
-    rows: Faces,
+    rows: _core.Rows,
     facet_of_face: Indices,
-    part: Indices,
+    source: Indices,
     passed_on: NDArray[np.bool_],
-) -> Light:
-    """The result in rows of the mesh; parts that are passed on keep their faces to the letter."""
-    found = _core.find_rows(
-        assembled.triangles, assembled.facet_of_triangle, faces, rows, facet_of_face, assembled.kept
-    )
+) -> tuple[Light, Indices]:
+    """The result in rows of the mesh, and its facets; parts that are passed on keep their faces to the letter."""
+    facet = assembled.facet_of_triangle
+    found = _core.find_rows(assembled.triangles, facet, faces, rows, facet_of_face, assembled.kept)
+    if not passed_on.any() and len(passed_on) == 1:
+        return Light(found, np.zeros(len(found), np.int32)), facet
     part_of_facet = np.zeros(len(assembled.rung), np.int32)
-    part_of_facet[facet_of_face] = part
-    part_of_triangle = part_of_facet[assembled.facet_of_triangle]
+    part_of_facet[facet_of_face] = mesh.part_of_face[source]
+    part_of_triangle = part_of_facet[facet]
     fresh = ~passed_on[part_of_triangle]
     untouched = passed_on[mesh.part_of_face]
-    return Light(
+    facet_of_input = np.full(len(mesh.faces), -1, np.int32)
+    facet_of_input[source] = facet_of_face
+    light = Light(
         np.concatenate([found[fresh], mesh.faces[untouched]]),
         np.concatenate([part_of_triangle[fresh], mesh.part_of_face[untouched]]),
     )
+    return light, np.concatenate([facet[fresh], facet_of_input[untouched]])

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import _core
 from .errors import InputError
 from .options import Options
 
@@ -94,8 +95,7 @@ class Mesh:
     @cached_property
     def used_points(self) -> Points:
         """Rows of `points` that a face uses."""
-        used = np.zeros(len(self.points), bool)
-        used[self.faces] = True
+        used = _core.mark_used(self.faces, len(self.points)).view(bool)
         return self.points if used.all() else self.points[used]
 
     @cached_property
@@ -162,9 +162,10 @@ def check_indices(corners: NDArray[Any], count: int) -> None:
 def check_finite(points: Points, corners: NDArray[Any]) -> None:
     """Refuse points that a face uses and that are not finite numbers, or beyond `LARGEST_COORDINATE`."""
     # A comparison with NaN is false.
-    bad = ~(np.abs(points) <= LARGEST_COORDINATE).all(axis=1)
-    if not bad.any():
+    good = np.abs(points) <= LARGEST_COORDINATE
+    if good.all():
         return
+    bad = ~good.all(axis=1)
     used = np.zeros(len(points), bool)
     used[corners] = True
     named = np.flatnonzero(bad & used)

@@ -32,7 +32,7 @@ class Facet:
     normal : (3,) float64
         Unit normal on the side that the faces face; zero where the facet has no area.
     faces : (k,) int32
-        Input faces.
+        Input faces. Where a wide tolerance parts what was flat, all go with its largest piece.
     rings : list of (n,) int32
         Outline as closed cycles of rows of the result's points, the facet on their left.
     """
@@ -66,7 +66,8 @@ class Simplified:
         compact = np.unique(outcome.triangles, return_inverse=True)[1]
         triangles = compact.reshape(-1, 3).astype(np.int32)
         order = np.argsort(outcome.facet_of_face, kind="stable")
-        faces = np.split(outcome.source[order], np.cumsum(np.bincount(outcome.facet_of_face))[:-1])
+        start = np.searchsorted(outcome.facet_of_face[order], np.arange(len(outcome.rung)))
+        faces = np.split(outcome.source[order], start)[1:]
         order = np.argsort(outcome.facet_of_triangle, kind="stable")
         shown, start = np.unique(outcome.facet_of_triangle[order], return_index=True)
         groups = np.split(triangles[order], start[1:])
@@ -253,14 +254,13 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
             f"faces {outside[:MOST_NAMED].tolist()} use points that are not there: there are {len(own)}"
         )
     check_finite(own, corners)
-    single, rounding = number_format(own, corners) if len(corners) else (False, 0.0)
     mesh = Mesh(
         name="mesh",
         points=own,
         faces=np.ascontiguousarray(corners, np.int32),
         part_of_face=np.zeros(len(corners), np.int32),
         parts=[Part("mesh")],
-        single=single,
-        rounding=rounding,
     )
+    if len(corners):
+        mesh.single, mesh.rounding = number_format(mesh.used_points)
     return Scene(path=None, format="arrays", meshes=[mesh], size=own.nbytes + corners.nbytes)

@@ -18,7 +18,7 @@ from buildings.house import house  # noqa: E402
 from buildings.tessellate import tessellate  # noqa: E402
 from buildings.tower import tower  # noqa: E402
 
-from bldsimp import Options, simplify_scene  # noqa: E402
+from bldsimp import Options, Tolerance, simplify, simplify_scene  # noqa: E402
 from bldsimp.io import read  # noqa: E402
 
 BUILDINGS = {"building_a": house, "building_b": tower}
@@ -106,6 +106,27 @@ def test_simplify_finds_the_fewest_points_of_the_construction(data: Path, name: 
     assert report.facets == len(model.facets)
     assert report.after.watertight
     assert 0 < report.deviation <= report.tolerance
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+@pytest.mark.parametrize("percent", [0.1, 0.5, 2.0])
+def test_a_wide_tolerance_keeps_no_more_points_than_the_default(data: Path, name: str, percent: float) -> None:
+    scene = read(data / f"{name}.obj", "obj")
+    _, report = simplify_scene(scene, Options(tolerance=Tolerance(percent, "percent")))
+    assert report.after.points <= BUILDINGS[name]().corners()
+    assert report.after.watertight
+    assert report.deviation <= report.tolerance
+
+
+def test_facets_tell_their_faces_at_a_wide_tolerance(data: Path) -> None:
+    mesh = load(data / "building_b.obj")
+    light = simplify(mesh, "0.5%")
+    told = np.concatenate([facet.faces for facet in light.facets])
+    assert len(told) == len(np.unique(told)) > 0.99 * len(mesh.faces)
+    for facet in light.facets:
+        own = mesh.vertices[mesh.faces[facet.faces]].reshape(-1, 3)
+        heights = (own - light.mesh.vertices[facet.rings[0][0]]) @ facet.normal
+        assert np.abs(heights).max(initial=0.0) <= light.report.tolerance
 
 
 def test_files_stay_small(data: Path) -> None:

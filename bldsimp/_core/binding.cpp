@@ -49,10 +49,11 @@ std::span<const T> flat(const In<T, nb::shape<-1>>& array) {
 }
 
 // Hands a vector over to NumPy without a copy; `Scalar` is what its items are made of.
-template <class Scalar, class Item>
-auto give(std::vector<Item>&& items) {
-  auto* owned = new std::vector<Item>(std::move(items));
-  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<Item>*>(p); });
+template <class Scalar, class Item, class Allocator>
+auto give(std::vector<Item, Allocator>&& items) {
+  using Items = std::vector<Item, Allocator>;
+  auto* owned = new Items(std::move(items));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<Items*>(p); });
   constexpr std::size_t width = sizeof(Item) / sizeof(Scalar);
   auto* data = reinterpret_cast<Scalar*>(owned->data());
   if constexpr (width == 1)
@@ -62,8 +63,8 @@ auto give(std::vector<Item>&& items) {
 }
 
 // A read-only view of a vector inside a kernel's result, which it keeps alive.
-template <class Scalar, class Item>
-auto view(nb::handle owner, const std::vector<Item>& items) {
+template <class Scalar, class Item, class Allocator>
+auto view(nb::handle owner, const std::vector<Item, Allocator>& items) {
   constexpr std::size_t width = sizeof(Item) / sizeof(Scalar);
   auto* data = reinterpret_cast<const Scalar*>(items.data());
   if constexpr (width == 1)
@@ -72,8 +73,8 @@ auto view(nb::handle owner, const std::vector<Item>& items) {
     return nb::ndarray<nb::numpy, const Scalar>(data, {items.size(), width}, owner);
 }
 
-template <class Scalar, class Result, class Item, class Class>
-void def_view(Class& c, const char* name, std::vector<Item> Result::*member) {
+template <class Scalar, class Result, class Items, class Class>
+void def_view(Class& c, const char* name, Items Result::*member) {
   c.def_prop_ro(name, [member](nb::handle self) {
     return view<Scalar>(self, nb::cast<const Result&>(self).*member);
   });
@@ -83,12 +84,21 @@ auto row_of(const Statistics& counts) {
   return std::tuple(counts.by_poles, counts.by_determinant, counts.located, counts.walked, counts.flips);
 }
 
+// Arrays of which `Rows` looks at the data.
+struct RowArrays {
+  Faces3 input;
+  Indices point_of_row, source, class_of_row;
+};
+Rows seen(const RowArrays* arrays) {
+  if (!arrays) return {};
+  return {rows<Face>(arrays->input), flat(arrays->point_of_row), flat(arrays->source), flat(arrays->class_of_row)};
+}
+
 void bind_mesh(nb::module_& m) {
   nb::class_<Welded> welded(m, "Welded");
   def_view<double>(welded, "points", &Welded::points);
   def_view<Index>(welded, "point_of_row", &Welded::point_of_row);
   def_view<Index>(welded, "faces", &Welded::faces);
-  def_view<Index>(welded, "rows", &Welded::rows);
   def_view<Index>(welded, "source", &Welded::source);
   def_view<Index>(welded, "class_of_row", &Welded::class_of_row);
   welded.def_ro("degenerate", &Welded::degenerate)
@@ -101,6 +111,18 @@ void bind_mesh(nb::module_& m) {
         return weld(rows<Vec3>(points), rows<Face>(faces), distance);
       },
       "points"_a, "faces"_a, "distance"_a);
+
+  m.def(
+      "mark_used", [](Faces3 faces, std::size_t count) { return give<std::uint8_t>(mark_used(rows<Face>(faces), count)); },
+      "faces"_a, "count"_a);
+
+  nb::class_<RowArrays>(m, "Rows")
+      .def(
+          "__init__",
+          [](RowArrays* self, Faces3 input, Indices point_of_row, Indices source, Indices class_of_row) {
+            new (self) RowArrays{std::move(input), std::move(point_of_row), std::move(source), std::move(class_of_row)};
+          },
+          "input"_a, "point_of_row"_a, "source"_a, "class_of_row"_a);
 
   nb::class_<Halfedges> halfedges(m, "Halfedges");
   def_view<Index>(halfedges, "twin", &Halfedges::twin);
@@ -119,7 +141,7 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "find_components",
       [](Faces3 faces, Index point_count) {
-        std::vector<Index> component;
+        Array<Index> component;
         {
           nb::gil_scoped_release release;
           component = find_components(rows<Face>(faces), point_count);
@@ -129,23 +151,23 @@ void bind_mesh(nb::module_& m) {
       "faces"_a, "point_count"_a);
   m.def(
       "pair_halfedges",
-      [](Points3 points, Faces3 faces, Indices row_of_corner, double width) {
+      [](Points3 points, Faces3 faces, const RowArrays* face_rows, double width) {
         nb::gil_scoped_release release;
-        return pair_halfedges(rows<Vec3>(points), rows<Face>(faces), flat(row_of_corner), width);
+        return pair_halfedges(rows<Vec3>(points), rows<Face>(faces), seen(face_rows), width);
       },
-      "points"_a, "faces"_a, "row_of_corner"_a, "width"_a);
+      "points"_a, "faces"_a, "rows"_a.none(), "width"_a);
 
   m.def(
       "find_turned",
-      [](Points3 points, Faces3 faces, const Halfedges& h, Faces3 face_rows, Bytes fixed) {
+      [](Points3 points, Faces3 faces, const Halfedges& h, const RowArrays& face_rows, Bytes fixed) {
         std::vector<Index> turned;
         {
           nb::gil_scoped_release release;
-          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), h, rows<Face>(face_rows), flat(fixed));
+          turned = find_turned(rows<Vec3>(points), rows<Face>(faces), h, seen(&face_rows), flat(fixed));
         }
         return give<Index>(std::move(turned));
       },
-      "points"_a, "faces"_a, "halfedges"_a, "face_rows"_a, "fixed"_a);
+      "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "fixed"_a);
 
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
@@ -302,17 +324,17 @@ void bind_mesh(nb::module_& m) {
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
   m.def(
       "find_rows",
-      [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, Faces3 face_rows, Indices facet_of_face,
+      [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,
          Bytes kept) {
         std::vector<Face> found;
         {
           nb::gil_scoped_release release;
           found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces),
-                            rows<Face>(face_rows), flat(facet_of_face), flat(kept));
+                            seen(&face_rows), flat(facet_of_face), flat(kept));
         }
         return give<Index>(std::move(found));
       },
-      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "face_rows"_a, "facet_of_face"_a, "kept"_a);
+      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "kept"_a);
 }
 
 // Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.

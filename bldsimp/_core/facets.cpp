@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "edges.hpp"
+#include "face_sets.hpp"
 #include "parallel.hpp"
 #include "plane_fit.hpp"
 #include "predicates.hpp"
@@ -38,8 +39,8 @@ class FacetFinder {
   }
 
   Facets find() {
-    FaceSets candidates = join_across_flat_edges();
-    accept_or_grow(candidates);
+    candidate_ = join_across(twin_, [&](Index h, Index t) { return flat_across(h, t); });
+    accept_or_grow();
     return number_by_first_face();
   }
 
@@ -57,17 +58,14 @@ class FacetFinder {
   }
 
   void measure_face(Index f) {
-    double longest = -1;
-    for (int i = 0; i < 3; ++i) {
-      const Vec3 d = corner(f, (i + 1) % 3) - corner(f, i);
-      if (dot(d, d) > longest) {
-        longest = dot(d, d);
-        longest_[f] = static_cast<std::int8_t>(i);
-      }
-    }
-    const Vec3 n = cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0));
+    const Vec3 a = corner(f, 0), b = corner(f, 1), c = corner(f, 2);
+    const auto squared = [](Vec3 d) { return dot(d, d); };
+    const double ab = squared(b - a), bc = squared(c - b), ca = squared(a - c);
+    const double longest = std::max({ab, bc, ca});
+    const Vec3 n = cross(b - a, c - a);
+    const bool needle = squared(n) <= limits_.needle * limits_.needle * longest;
     area_vector_[f] = n;
-    if (dot(n, n) <= limits_.needle * limits_.needle * longest) longest_[f] |= needle_bit;
+    longest_[f] = static_cast<std::int8_t>((ab == longest ? 0 : bc == longest ? 1 : 2) | (needle ? needle_bit : 0));
   }
   bool is_needle(Index f) const { return (longest_[f] & needle_bit) != 0; }
   Index longest_halfedge(Index f) const { return 3 * f + (longest_[f] & 3); }
@@ -135,11 +133,10 @@ class FacetFinder {
     const Vec3 n = area_vector(h / 3), m = area_vector(t / 3);
     if (dot(n, m) <= 0) return false;
     if (limits_.width == 0) return in_plane_of(h / 3, t / 3);
-    const bool first_is_larger = dot(n, n) >= dot(m, m);
-    const Vec3 normal = first_is_larger ? n : m;
-    const Index tip = apex(faces_, first_is_larger ? t : h);
-    const double height = dot(normal, points_[tip] - points_[origin(faces_, h)]);
-    return height * height <= limits_.width * limits_.width * dot(normal, normal);
+    const double nn = dot(n, n), mm = dot(m, m);
+    const Index larger = nn >= mm ? h : t, smaller = nn >= mm ? t : h;
+    const double height = dot(area_vector(larger / 3), points_[apex(faces_, smaller)] - points_[origin(faces_, h)]);
+    return height * height <= limits_.width * limits_.width * std::max(nn, mm);
   }
 
   bool flat_across(Index h, Index t) const {
@@ -152,25 +149,12 @@ class FacetFinder {
     return dot(n, n) >= dot(m, m) ? in_plane_of(a, b) : in_plane_of(b, a);
   }
 
-  FaceSets join_across_flat_edges() const {
-    std::vector<std::uint8_t> flat(twin_.size());
-    parallel_for(twin_.size(), [&](std::size_t begin, std::size_t end) {
-      for (Index h = static_cast<Index>(begin); h < static_cast<Index>(end); ++h)
-        flat[h] = twin_[h] > h && flat_across(h, twin_[h]);
-    });
-    FaceSets sets(faces_.size());
-    for (Index h = 0; h < static_cast<Index>(twin_.size()); ++h)
-      if (flat[h]) sets.join(h / 3, twin_[h] / 3);
-    return sets;
-  }
-
-  void accept_or_grow(FaceSets& candidates) {
+  void accept_or_grow() {
     const Index count = static_cast<Index>(faces_.size());
-    std::vector<Index> start(count + 1, 0), members(count);
-    candidate_.resize(count);
-    for (Index f = 0; f < count; ++f) ++start[(candidate_[f] = candidates.find(f)) + 1];
+    Array<Index> start(count + 1, 0), members(count);
+    for (const Index root : candidate_) ++start[root + 1];
     std::partial_sum(start.begin(), start.end(), start.begin());
-    std::vector<Index> cursor(start.begin(), start.end() - 1);
+    Array<Index> cursor(start.begin(), start.end() - 1);
     for (Index f = 0; f < count; ++f) members[cursor[candidate_[f]]++] = f;
     std::vector<Index> roots;
     for (Index f = 0; f < count; ++f)
@@ -212,14 +196,14 @@ class FacetFinder {
       has_plane |= !is_needle(f);
     }
     if (has_plane || is_wider_than_needle(set)) slab.normal = unit(facing);
-    measure(set, slab);
+    slab = measured(slab, set);
     if (slab.width() <= limits_.width || set.size() == 1) return slab;
     Moments moments(corner(set[0], 0));
     for (const Index f : set) moments.add(corner(f, 0), corner(f, 1), corner(f, 2));
     Slab best;
     best.normal = moments.normal();
     if (dot(best.normal, facing) < 0) best.normal = -1.0 * best.normal;
-    measure(set, best);
+    best = measured(best, set);
     return best.width() < slab.width() ? best : slab;
   }
 
@@ -244,9 +228,10 @@ class FacetFinder {
   static Vec3 lower_corner(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
   static Vec3 upper_corner(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
-  void measure(std::span<const Index> set, Slab& slab) const {
+  Slab measured(Slab slab, std::span<const Index> set) const {
     for (const Index f : set)
       for (int i = 0; i < 3; ++i) slab.add(height_in(slab.normal, corner(f, i)));
+    return slab;
   }
 
   // Whether no face is turned over in the plane, but for needles that stay close to the others.
@@ -412,10 +397,10 @@ class FacetFinder {
   std::span<const Index> label_;
   Vec3 origin_;
   FacetLimits limits_;
-  std::vector<Vec3> area_vector_;     // per face, twice its area long
-  std::vector<std::int8_t> longest_;  // corner at which the longest edge starts, and needle_bit
-  std::vector<Index> candidate_;  // per face the least face of its candidate
-  std::vector<Index> facet_of_face_;
+  Array<Vec3> area_vector_;    // per face, twice its area long
+  Array<std::int8_t> longest_; // corner at which the longest edge starts, and needle_bit
+  Array<Index> candidate_;  // per face the least face of its candidate
+  Array<Index> facet_of_face_;
   std::vector<Plane> planes_;
   std::vector<std::uint8_t> curved_;  // per plane
   std::vector<Index> region_;
@@ -438,7 +423,7 @@ Facets split_off(const Facets& facets, std::span<const Index> cut) {
 }
 
 Grouped group_faces(const Facets& facets) {
-  Grouped grouped{std::vector<Index>(facets.planes.size() + 1, 0), std::vector<Index>(facets.facet_of_face.size())};
+  Grouped grouped{Array<Index>(facets.planes.size() + 1, 0), Array<Index>(facets.facet_of_face.size())};
   for (const Index facet : facets.facet_of_face) ++grouped.start[facet + 1];
   std::partial_sum(grouped.start.begin(), grouped.start.end(), grouped.start.begin());
   std::vector<Index> cursor(grouped.start.begin(), grouped.start.end() - 1);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "array.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
@@ -15,7 +16,7 @@ struct Plane {
 };
 
 struct Facets {
-  std::vector<Index> facet_of_face;
+  Array<Index> facet_of_face;
   std::vector<Plane> planes;
   std::vector<std::uint8_t> curved;  // per facet as found: cut out of a surface that is not flat as a whole
 };
@@ -36,7 +37,7 @@ Facets split_off(const Facets& facets, std::span<const Index> cut);
 
 // Faces in the order of their facets: those of facet f are order[start[f]] .. order[start[f + 1] - 1].
 struct Grouped {
-  std::vector<Index> start, order;
+  Array<Index> start, order;
 };
 Grouped group_faces(const Facets& facets);
 

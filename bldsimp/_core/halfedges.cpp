@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "edges.hpp"
+#include "face_sets.hpp"
 #include "parallel.hpp"
 
 namespace bldsimp {
@@ -18,14 +19,14 @@ constexpr std::size_t crowd = 64;
 struct Pairing {
   std::span<const Vec3> points;
   std::span<const Face> faces;
-  std::span<const Index> row_of_corner;
+  const Rows& rows_of;
   double width;
 
   Index start(Index h) const { return origin(faces, h); }
 
   std::array<Index, 2> rows(Index h) const {
-    const auto [low, high] = std::minmax(row_of_corner[h], row_of_corner[next_halfedge(h)]);
-    return {low, high};
+    const Index a = rows_of.class_at(h / 3, start(h)), b = rows_of.class_at(h / 3, target(faces, h));
+    return {std::min(a, b), std::max(a, b)};
   }
 
   // The faces lie in one plane, on both sides of the edge, and face the same way.
@@ -40,7 +41,7 @@ struct Pairing {
   }
 
   // Pairs the two halfedges of an edge that alone join the same two rows, one each way.
-  void pair_by_rows(std::span<const Index> group, std::vector<Index>& twin) const {
+  void pair_by_rows(std::span<const Index> group, Array<Index>& twin) const {
     std::vector<Index> by_rows(group.begin(), group.end());
     std::stable_sort(by_rows.begin(), by_rows.end(), [&](Index h, Index g) { return rows(h) < rows(g); });
     for (auto from = by_rows.begin(); from != by_rows.end();) {
@@ -54,7 +55,7 @@ struct Pairing {
   }
 
   // Pairs what lies in one plane: each of the two is the other's only match.
-  void pair_by_plane(std::span<const Index> edge, std::vector<Index>& twin) const {
+  void pair_by_plane(std::span<const Index> edge, Array<Index>& twin) const {
     std::vector<Index> group;
     std::copy_if(edge.begin(), edge.end(), std::back_inserter(group), [&](Index h) { return twin[h] < 0; });
     if (group.size() > crowd) return;
@@ -76,7 +77,7 @@ struct Pairing {
   }
 
   // Pairs the halfedges of one edge, and counts and notes it in `own`.
-  void pair(std::span<const Index> edge, std::vector<Index>& twin, Halfedges& own) const {
+  void pair(std::span<const Index> edge, Array<Index>& twin, Halfedges& own) const {
     own.open_edges += edge.size() == 1;
     own.nonmanifold_edges += edge.size() > 2;
     if (edge.size() == 1) return;
@@ -95,8 +96,8 @@ struct Pairing {
 }  // namespace
 
 Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces,
-                         std::span<const Index> row_of_corner, double width) {
-  const Pairing pairing{points, faces, row_of_corner, width};
+                         const Rows& rows, double width) {
+  const Pairing pairing{points, faces, rows, width};
   Halfedges result;
   result.twin.assign(3 * faces.size(), -1);
   const EdgeBuckets buckets(faces, static_cast<Index>(points.size()));
@@ -129,14 +130,12 @@ std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count)
   return counts;
 }
 
-std::vector<Index> find_components(std::span<const Face> faces, Index point_count) {
+Array<Index> find_components(std::span<const Face> faces, Index point_count) {
   FaceSets sets(faces.size());
   EdgeBuckets(faces, point_count).visit(0, point_count, [&](std::span<const Index> edge) {
     for (const Index h : edge) sets.join(edge[0] / 3, h / 3);
   });
-  std::vector<Index> component(faces.size());
-  for (Index f = 0; f < static_cast<Index>(faces.size()); ++f) component[f] = sets.find(f);
-  return component;
+  return std::move(sets).roots();
 }
 
 }  // namespace bldsimp

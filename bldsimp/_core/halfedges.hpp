@@ -4,12 +4,14 @@
 #include <span>
 #include <vector>
 
+#include "array.hpp"
+#include "rows.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
 
 struct Halfedges {
-  std::vector<Index> twin;  // -1 where there is none
+  Array<Index> twin;  // -1 where there is none
   // Edges that are not shared by exactly two faces in opposite directions nor used by one face alone:
   // the halfedges of group g are members[start[g]] .. members[start[g + 1] - 1].
   std::vector<Index> group_start{0};
@@ -28,15 +30,14 @@ struct Halfedges {
 // Twins are the two opposite halfedges of an edge. Where more than two faces meet they are sought
 // among those that share the file's own rows, then among those whose faces lie in one plane within
 // `width` and face the same way; what is not unique stays without a twin, and so does, of an edge at
-// which very many faces meet, what shares no rows.
-// `row_of_corner` has the file's row of each corner of `faces`. O(halfedges).
+// which very many faces meet, what shares no rows. O(halfedges).
 Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces,
-                         std::span<const Index> row_of_corner, double width);
+                         const Rows& rows, double width);
 
 // Edges of one face, and edges of more than two. O(faces).
 std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count);
 
 // The component of each face: its least face. Faces hang together by edges. Nearly linear.
-std::vector<Index> find_components(std::span<const Face> faces, Index point_count);
+Array<Index> find_components(std::span<const Face> faces, Index point_count);
 
 }  // namespace bldsimp

@@ -2,6 +2,7 @@
 
 #include "box_tree.hpp"
 #include "edges.hpp"
+#include "face_sets.hpp"
 #include "predicates.hpp"
 
 namespace bldsimp {
@@ -26,9 +27,9 @@ int crosses_above(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
 // Sets of faces, each face with the parity of its winding against that of the set's root (its least face).
 class Windings {
  public:
-  explicit Windings(std::size_t count) : parent_(count), odd_(count, 0) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
+  // Twins run opposite ways already: they are joined as they are.
+  explicit Windings(std::span<const Index> twin)
+      : parent_(join_across(twin, [](Index, Index) { return true; })), odd_(parent_.size(), 0) {}
   std::pair<Index, bool> find(Index f) {
     bool odd = false;
     while (parent_[f] != f) {
@@ -53,18 +54,16 @@ class Windings {
   }
 
  private:
-  std::vector<Index> parent_;
-  std::vector<std::uint8_t> odd_;
+  Array<Index> parent_;
+  Array<std::uint8_t> odd_;
 };
 
 class Orienter {
  public:
   Orienter(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-           std::span<const Face> rows, std::span<const std::uint8_t> fixed)
-      : points_(points), faces_(faces), halfedges_(halfedges), rows_(rows), windings_(faces.size()),
-        component_(faces.size()), turned_(faces.size(), 0), may_turn_(faces.size(), 1), closed_(faces.size(), 1) {
-    for (std::size_t f = 0; f < fixed.size(); ++f) may_turn_[f] = !fixed[f];
-  }
+           const Rows& rows, std::span<const std::uint8_t> fixed)
+      : points_(points), faces_(faces), halfedges_(halfedges), rows_(rows), windings_(halfedges.twin),
+        fixed_(fixed), component_(faces.size()), turned_(faces.size(), 0) {}
 
   std::vector<Index> find() {
     join_components();
@@ -85,8 +84,6 @@ class Orienter {
 
   void join_components() {
     std::vector<Index> torn;  // faces whose component cannot be oriented
-    for (Index h = 0; h < 3 * count(); ++h)
-      if (halfedges_.twin[h] > h && !windings_.join(h / 3, halfedges_.twin[h] / 3, false)) torn.push_back(h / 3);
     const auto join = [&](Index h, Index g) {
       if (!windings_.join(h / 3, g / 3, runs_forward(h) == runs_forward(g))) torn.push_back(h / 3);
     };
@@ -98,10 +95,17 @@ class Orienter {
     });
     for (Index f = 0; f < count(); ++f) {
       const auto [root, odd] = windings_.find(f);
-      component_[f] = root;
+      if (root == f) {
+        component_[f] = static_cast<Index>(first_face_.size());
+        first_face_.push_back(f);
+        may_turn_.push_back(1);
+      } else {
+        component_[f] = component_[root];
+      }
       turned_[f] = odd;
-      if (!may_turn_[f]) may_turn_[root] = 0;
+      if (fixed_[f]) may_turn_[component_[f]] = 0;
     }
+    closed_.assign(first_face_.size(), 1);
     for (const Index f : torn) may_turn_[component_[f]] = 0;
   }
 
@@ -110,7 +114,8 @@ class Orienter {
   void for_row_mates(std::span<const Index> edge, Visit visit) const {
     std::vector<std::array<Index, 3>> by_rows;
     for (const Index h : edge) {
-      const auto [low, high] = std::minmax({origin(rows_, h), target(rows_, h)});
+      const auto [low, high] =
+          std::minmax({rows_.class_at(h / 3, origin(faces_, h)), rows_.class_at(h / 3, target(faces_, h))});
       by_rows.push_back({low, high, h});
     }
     std::sort(by_rows.begin(), by_rows.end());
@@ -125,7 +130,7 @@ class Orienter {
   void turn_against_larger_area() {
     const bool any = std::any_of(turned_.begin(), turned_.end(), [](std::uint8_t t) { return t != 0; });
     if (!any) return;
-    std::vector<double> balance(faces_.size(), 0);
+    std::vector<double> balance(first_face_.size(), 0);
     for (Index f = 0; f < count(); ++f) balance[component_[f]] += (turned_[f] ? -1 : 1) * length(area_vector(f));
     for (Index f = 0; f < count(); ++f)
       turned_[f] = may_turn_[component_[f]] ? turned_[f] ^ (balance[component_[f]] < 0) : 0;
@@ -133,7 +138,7 @@ class Orienter {
 
   // A component is closed if on each of its edges as many of its halfedges run one way as the other.
   void find_open_components() {
-    std::vector<std::uint8_t> grouped(halfedges_.twin.size(), 0);
+    Array<std::uint8_t> grouped(halfedges_.twin.size(), 0);
     std::vector<std::pair<Index, int>> balance;
     halfedges_.for_groups([&](std::span<const Index> edge) {
       balance.clear();
@@ -154,17 +159,19 @@ class Orienter {
   }
 
   void turn_inside_out() {
-    std::vector<double> volume(faces_.size(), 0), magnitude(faces_.size(), 0);
+    Array<double> part(faces_.size());  // of the volume, from a corner of the component
+    parallel_for(faces_.size(), [&](std::size_t begin, std::size_t end) {
+      for (Index f = static_cast<Index>(begin); f < static_cast<Index>(end); ++f)
+        part[f] = dot(corner(f, 0) - corner(first_face_[component_[f]], 0), area_vector(f));
+    });
+    std::vector<double> volume(first_face_.size(), 0), magnitude(first_face_.size(), 0);
     for (Index f = 0; f < count(); ++f) {
-      const Index c = component_[f];
-      if (!closed_[c] || !may_turn_[c]) continue;
-      const double part = dot(corner(f, 0) - corner(c, 0), area_vector(f));
-      volume[c] += turned_[f] ? -part : part;
-      magnitude[c] += std::abs(part);
+      volume[component_[f]] += turned_[f] ? -part[f] : part[f];
+      magnitude[component_[f]] += std::abs(part[f]);
     }
     std::vector<Index> inside_out;
-    for (Index c = 0; c < count(); ++c)
-      if (volume[c] < -1e-9 * magnitude[c]) inside_out.push_back(c);
+    for (Index c = 0; c < std::ssize(first_face_); ++c)
+      if (closed_[c] && may_turn_[c] && volume[c] < -1e-9 * magnitude[c]) inside_out.push_back(c);
     if (inside_out.empty()) return;
     const BoxTree closed_faces = tree_of_closed_faces();
     std::erase_if(inside_out, [&](Index c) { return lies_within(c, closed_faces) % 2 != 0; });
@@ -182,7 +189,8 @@ class Orienter {
   // How many other closed components enclose component c: those whose faces a ray upwards from one of its
   // faces leaves more often than it enters, or less often.
   int lies_within(Index c, const BoxTree& closed_faces) const {
-    const Vec3 p = (1.0 / 3) * (corner(c, 0) + corner(c, 1) + corner(c, 2));
+    const Index first = first_face_[c];
+    const Vec3 p = (1.0 / 3) * (corner(first, 0) + corner(first, 1) + corner(first, 2));
     std::vector<std::pair<Index, int>> crossings;
     const auto above = [&](const Box& box) {
       return box.low.x <= p.x && p.x <= box.high.x && box.low.y <= p.y && p.y <= box.high.y && p.z <= box.high.z;
@@ -206,17 +214,19 @@ class Orienter {
   std::span<const Vec3> points_;
   std::span<const Face> faces_;
   const Halfedges& halfedges_;
-  std::span<const Face> rows_;
+  const Rows& rows_;
   Windings windings_;
-  std::vector<Index> component_;  // per face the least face of its component
-  std::vector<std::uint8_t> turned_;
-  std::vector<std::uint8_t> may_turn_, closed_;  // per component
+  std::span<const std::uint8_t> fixed_;
+  Array<Index> component_;  // per face; numbered by their first faces
+  Array<std::uint8_t> turned_;
+  std::vector<Index> first_face_;  // per component, and so the next two
+  std::vector<std::uint8_t> may_turn_, closed_;
 };
 
 }  // namespace
 
 std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-                               std::span<const Face> rows, std::span<const std::uint8_t> fixed) {
+                               const Rows& rows, std::span<const std::uint8_t> fixed) {
   return Orienter(points, faces, halfedges, rows, fixed).find();
 }
 

@@ -16,6 +16,6 @@ namespace bldsimp {
 // `fixed` face, and those that cannot be oriented, stay as they are.
 // Returns the faces to turn, sorted. Nearly linear, plus the faces above a point for each inside-out component.
 std::vector<Index> find_turned(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-                               std::span<const Face> rows, std::span<const std::uint8_t> fixed);
+                               const Rows& rows, std::span<const std::uint8_t> fixed);
 
 }  // namespace bldsimp

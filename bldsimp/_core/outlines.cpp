@@ -47,9 +47,10 @@ class Tracer {
     auto& back = outlines_.back;
     back.assign(frozen_.size(), unknown);
     for (Index f = 0; f < static_cast<Index>(faces_.size()); ++f) {
+      Index& known = back[facet_[f]];
+      if (known == -1) continue;
       const Index g = back_of_face(f);
       const Index facet = g < 0 ? -1 : facet_[g];
-      Index& known = back[facet_[f]];
       known = known == unknown || known == facet ? facet : -1;
     }
     for (std::size_t f = 0; f < back.size(); ++f)
@@ -59,9 +60,10 @@ class Tracer {
   // An edge that more than two faces share is a chain, so that the sheets that meet there do not come
   // apart, unless these are the two sides of one sheet.
   void mark_outline_edges() {
-    flags_.assign(halfedges_.twin.size(), 0);
-    for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
-      if (!inside_facet(h)) flags_[h] = outline;
+    flags_.resize(halfedges_.twin.size());
+    parallel_for(flags_.size(), [&](std::size_t begin, std::size_t end) {
+      for (Index h = static_cast<Index>(begin); h < static_cast<Index>(end); ++h) flags_[h] = inside_facet(h) ? 0 : outline;
+    });
     halfedges_.for_groups([&](std::span<const Index> group) {
       const bool inside = std::all_of(group.begin(), group.end(), [&](Index h) {
         return flags_[h] == 0 && outlines_.back[facet(h)] >= 0 &&
@@ -97,7 +99,7 @@ class Tracer {
       for (const Index p : edge) ++edges_at_start_[p + 1];
     std::partial_sum(edges_at_start_.begin(), edges_at_start_.end(), edges_at_start_.begin());
     edges_at_.resize(2 * edges_.size());
-    std::vector<Index> cursor(edges_at_start_.begin(), edges_at_start_.end() - 1);
+    Array<Index> cursor(edges_at_start_.begin(), edges_at_start_.end() - 1);
     for (Index e = 0; e < static_cast<Index>(edges_.size()); ++e)
       for (const Index p : edges_[e]) edges_at_[cursor[p]++] = e;
   }
@@ -134,28 +136,35 @@ class Tracer {
     for (Index p = 0; p < points_; ++p)
       if (!edges_at(p).empty() && !runs_through(p)) outlines_.is_corner[p] = 1;
 
-    std::vector<Index> corners_left(points_, 0);
-    for (const Face& face : faces_)
-      for (const Index p : face) ++corners_left[p];
-    for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
-      if (flags_[h] & outline) corners_left[origin(h)] -= fan_size(h);
-    find_touching(corners_left);
+    find_touching();
     keep_touching_points();
     count_touching_points();
   }
 
-  // What is left of a point's corners belongs to closed fans: a single one, alone, may go. Inside a
-  // two-sided sheet all edges are shared: there the point may go from both sides.
-  void find_touching(std::span<const Index> corners_left) {
-    std::vector<Index> inner_halfedge(points_, -1);
-    for (Index h = 0; h < static_cast<Index>(flags_.size()); ++h)
-      if (!(flags_[h] & outline)) inner_halfedge[origin(h)] = h;
+  // What its fans between outlines leave of a point's corners belongs to closed fans: a single one, alone, may
+  // go. Inside a two-sided sheet all edges are shared: there the point may go from both sides.
+  void find_touching() {
+    struct Corners {
+      Index left = 0;
+      Index inner = -1;  // a halfedge from the point that is no outline
+    };
+    Array<Corners> corners(points_, Corners{});
+    Index h = 0;
+    for (const Face& face : faces_)
+      for (const Index p : face) {
+        ++corners[p].left;
+        if (flags_[h] & outline)
+          corners[p].left -= fan_size(h);
+        else
+          corners[p].inner = h;
+        ++h;
+      }
     touches_.assign(points_, 0);
     parallel_for(points_, [&](std::size_t begin, std::size_t end) {
       for (Index p = static_cast<Index>(begin); p < static_cast<Index>(end); ++p) {
-        const Index h = inner_halfedge[p];
-        if (corners_left[p] == 0) continue;
-        touches_[p] = !edges_at(p).empty() || (fan_size(h) != corners_left[p] && !all_grouped(h));
+        const auto [left, inner] = corners[p];
+        if (left == 0) continue;
+        touches_[p] = !edges_at(p).empty() || (fan_size(inner) != left && !all_grouped(inner));
       }
     });
   }
@@ -251,13 +260,13 @@ class Tracer {
   std::span<const Index> facet_;
   std::span<const std::uint8_t> frozen_;
   Outlines outlines_;
-  std::vector<std::uint8_t> flags_;  // per halfedge
+  Array<std::uint8_t> flags_;  // per halfedge
   std::vector<std::array<Index, 2>> edges_;
   std::vector<Index> edge_use_start_{0};
   std::vector<Use> edge_uses_;
   std::vector<std::uint8_t> edge_within_facets_;  // shared by sheets, but no facet ends there
-  std::vector<Index> edges_at_start_, edges_at_;
-  std::vector<std::uint8_t> touches_;  // per point: sheets touch there
+  Array<Index> edges_at_start_, edges_at_;
+  Array<std::uint8_t> touches_;  // per point: sheets touch there
   std::vector<std::uint8_t> walked_;
 };
 

@@ -1,9 +1,12 @@
 #include "retriangulate.hpp"
 
 #include <algorithm>
+#include <map>
+#include <mutex>
 
 #include "cdt.hpp"
 #include "distances.hpp"
+#include "parallel.hpp"
 #include "projection.hpp"
 #include "runs.hpp"
 
@@ -246,8 +249,8 @@ class Retriangulator {
   const FacetParts& parts_;
   const Runs& runs_;
   Triangulator triangulator_;
-  std::vector<Index> local_of_point_;
-  std::vector<Index> facet_of_point_;  // the facet whose points were counted last
+  Array<Index> local_of_point_;
+  Array<Index> facet_of_point_;  // the facet whose points were counted last
   std::vector<Index> point_of_local_;
   std::vector<std::array<Index, 2>> segments_;
   std::vector<Index> piece_of_segment_;
@@ -318,13 +321,42 @@ void sort_unique(std::vector<Item>& items) {
   items.erase(std::unique(items.begin(), items.end()), items.end());
 }
 
+template <class Item>
+void append(std::vector<Item>& items, const std::vector<Item>& more) {
+  items.insert(items.end(), more.begin(), more.end());
+}
+
 }  // namespace
 
 Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep) {
-  Patches patches;
   const Runs runs(parts.outlines, parts.pieces, parts.planes.size());
-  Retriangulator retriangulator(parts, runs);
-  for (const Index facet : wanted) retriangulator.run(facet, keep[facet] != 0, patches);
+  // Each thread has neighbouring facets with about as many faces as any other's; what they make is put
+  // together in the order of the facets.
+  std::vector<std::size_t> work(wanted.size() + 1, 0);
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    work[i + 1] = work[i] + 1 + parts.face_start[wanted[i] + 1] - parts.face_start[wanted[i]];
+  // A thread has arrays of its own over all points: a few threads, and memory stays low.
+  const std::size_t least_work = std::max(least_parallel_work, parts.points.size() / 2);
+  std::map<std::size_t, Patches> made;
+  std::mutex making;
+  parallel_for(work.back(), [&](std::size_t begin, std::size_t end) {
+    const auto facet_at = [&](std::size_t w) { return std::lower_bound(work.begin(), work.end(), w) - work.begin(); };
+    Patches own;
+    Retriangulator retriangulator(parts, runs);
+    for (auto i = facet_at(begin); i < facet_at(end); ++i) retriangulator.run(wanted[i], keep[wanted[i]] != 0, own);
+    const std::scoped_lock lock(making);
+    made[begin] = std::move(own);
+  }, least_work);
+  Patches patches;
+  for (const auto& [begin, own] : made) {
+    append(patches.triangles, own.triangles);
+    append(patches.facet_of_triangle, own.facet_of_triangle);
+    append(patches.outcomes, own.outcomes);
+    append(patches.reach, own.reach);
+    append(patches.put_back, own.put_back);
+    append(patches.trouble, own.trouble);
+    patches.statistics += own.statistics;
+  }
   sort_unique(patches.put_back);
   sort_unique(patches.trouble);
   return patches;

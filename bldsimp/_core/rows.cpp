@@ -6,7 +6,7 @@
 namespace bldsimp {
 
 std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                            std::span<const Face> faces, std::span<const Face> face_rows,
+                            std::span<const Face> faces, const Rows& rows,
                             std::span<const Index> facet_of_face, std::span<const std::uint8_t> kept) {
   const auto key = [](Index facet, Index point) {
     return static_cast<std::uint64_t>(facet) << 32 | static_cast<std::uint32_t>(point);
@@ -15,9 +15,11 @@ std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Ind
   least.reserve(2 * triangles.size());
   for (std::size_t f = 0; f < faces.size(); ++f)
     for (int i = 0; i < 3; ++i) {
-      if (!kept[faces[f][i]]) continue;
-      const auto [at, added] = least.try_emplace(key(facet_of_face[f], faces[f][i]), face_rows[f][i]);
-      if (!added) at->second = std::min(at->second, face_rows[f][i]);
+      const Index point = faces[f][i];
+      if (!kept[point]) continue;
+      const Index row = rows.at(static_cast<Index>(f), point);
+      const auto [at, added] = least.try_emplace(key(facet_of_face[f], point), row);
+      if (!added) at->second = std::min(at->second, row);
     }
   std::vector<Face> result(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t)

@@ -8,10 +8,30 @@
 
 namespace bldsimp {
 
+// Of the rows of an input face, the one at a point of it.
+inline Index row_at(Index point, const Face& input, std::span<const Index> point_of_row) {
+  return point_of_row[input[0]] == point ? input[0] : point_of_row[input[1]] == point ? input[1] : input[2];
+}
+
+// The file's rows at the corners of welded faces. Without any (faces that are no file's) points are rows.
+struct Rows {
+  std::span<const Face> input;
+  std::span<const Index> point_of_row, source, class_of_row;  // as in `Welded`
+
+  Index at(Index face, Index point) const {
+    return input.empty() ? point : row_at(point, input[source[face]], point_of_row);
+  }
+  // The same for rows that count as one.
+  Index class_at(Index face, Index point) const {
+    const Index row = at(face, point);
+    return class_of_row.empty() ? row : class_of_row[row];
+  }
+};
+
 // For each corner of `triangles` the least input row at that point that a face of the same facet uses.
 // Every triangle's points are points of its facet's faces. O(faces + triangles).
 std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                            std::span<const Face> faces, std::span<const Face> face_rows,
+                            std::span<const Face> faces, const Rows& rows,
                             std::span<const Index> facet_of_face, std::span<const std::uint8_t> kept);
 
 }  // namespace bldsimp

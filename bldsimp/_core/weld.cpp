@@ -4,8 +4,10 @@
 #include <bit>
 #include <numeric>
 #include <unordered_map>
+#include <utility>
 
 #include "parallel.hpp"
+#include "rows.hpp"
 
 namespace bldsimp {
 namespace {
@@ -29,40 +31,36 @@ std::uint64_t hash(Vec3 p) {
   return mix(mix(mix(bits(p.x)) + bits(p.y)) + bits(p.z));
 }
 
-// Fills `position_of_row` with the number of each used row's position, in order of first use; returns one
-// row for each position. Rows are hashed in blocks, so that the slots of a block are on their way from
-// memory together.
-std::vector<Index> distinct_positions(std::span<const Vec3> rows, std::span<const Face> faces,
-                                      std::vector<Index>& position_of_row) {
-  position_of_row.assign(rows.size(), -1);
-  std::vector<std::uint8_t> used(rows.size(), 0);
-  for (const Face& face : faces)
-    for (const Index row : face) used[row] = 1;
-  std::vector<Index> first_row;
-  first_row.reserve(rows.size());
-  std::vector<Index> slots(std::bit_ceil(std::max<std::size_t>(16, 2 * rows.size())), -1);
-  const std::size_t mask = slots.size() - 1;
+// Fills `first_row` with the first used row at the position of each used row. Rows are hashed in blocks, so
+// that the slots of a block are on their way from memory together. Each half of the table, which alone could
+// hold all rows, is filled by itself.
+void find_first_rows(std::span<const Vec3> rows, std::span<const Face> faces, Array<Index>& first_row) {
+  first_row.assign(rows.size(), -1);
+  const Array<std::uint8_t> used = mark_used(faces, rows.size());
+  const std::size_t half = std::bit_ceil(std::max<std::size_t>(16, rows.size())), mask = half - 1;
+  Array<Index> slots(2 * half);
   constexpr std::size_t block = 32;
-  std::array<std::size_t, block> home;
-  for (std::size_t from = 0; from < rows.size(); from += block) {
-    const std::size_t count = std::min(block, rows.size() - from);
-    for (std::size_t i = 0; i < count; ++i) {
-      home[i] = hash(rows[from + i]) & mask;
-      prefetch(&slots[home[i]]);
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const Index row = static_cast<Index>(from + i);
-      if (!used[row]) continue;
-      std::size_t slot = home[i];
-      while (slots[slot] >= 0 && !(rows[first_row[slots[slot]]] == rows[row])) slot = (slot + 1) & mask;
-      if (slots[slot] < 0) {
-        slots[slot] = static_cast<Index>(first_row.size());
-        first_row.push_back(row);
+  const auto fill = [&](std::size_t first, std::size_t last) {
+    std::fill(slots.begin() + first * half, slots.begin() + last * half, -1);
+    std::array<std::size_t, block> home;
+    for (std::size_t from = 0; from < rows.size(); from += block) {
+      const std::size_t count = std::min(block, rows.size() - from);
+      for (std::size_t i = 0; i < count; ++i) {
+        home[i] = hash(rows[from + i]) & (2 * half - 1);
+        prefetch(&slots[home[i]]);
       }
-      position_of_row[row] = slots[slot];
+      for (std::size_t i = 0; i < count; ++i) {
+        const Index row = static_cast<Index>(from + i);
+        const std::size_t own = home[i] / half;
+        if (!used[row] || own < first || own >= last) continue;
+        std::size_t slot = home[i];
+        while (slots[slot] >= 0 && !(rows[slots[slot]] == rows[row])) slot = own * half + ((slot + 1) & mask);
+        if (slots[slot] < 0) slots[slot] = row;
+        first_row[row] = slots[slot];
+      }
     }
-  }
-  return first_row;
+  };
+  parallel_for(2, fill, rows.size() < least_parallel_work ? 2 : 1);
 }
 
 // Lets each point take the later points within `distance`; returns the point that each one becomes.
@@ -104,24 +102,29 @@ std::uint64_t rising_bits(double x) {
   return bits >> 63 ? ~bits : bits | std::uint64_t{1} << 63;
 }
 
-// Positions in lexicographic order: by 32 bits of x in two counting passes, then by all coordinates where
-// those are equal. Four times as fast as comparing all the way.
-std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> first_row) {
+// The first rows of all positions, in lexicographic order of these: by 32 bits of x in two counting passes,
+// then by all coordinates where those are equal. Four times as fast as comparing all the way.
+Array<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> first_row) {
   struct Entry {
     std::uint32_t x;
-    Index position;
+    Index row;
   };
-  if (first_row.empty()) return {};
-  const auto bits_of = [&](std::size_t i) { return rising_bits(rows[first_row[i]].x); };
   std::uint64_t least = ~std::uint64_t{0}, greatest = 0;
-  for (std::size_t i = 0; i < first_row.size(); ++i) {
-    least = std::min(least, bits_of(i));
-    greatest = std::max(greatest, bits_of(i));
-  }
+  std::size_t count = 0;
+  const auto for_positions = [&](auto take) {
+    for (Index row = 0; row < std::ssize(rows); ++row)
+      if (first_row[row] == row) take(row, rising_bits(rows[row].x));
+  };
+  for_positions([&](Index, std::uint64_t x) {
+    least = std::min(least, x);
+    greatest = std::max(greatest, x);
+    ++count;
+  });
+  if (count == 0) return {};
   const int shift = std::max(0, static_cast<int>(std::bit_width(greatest - least)) - 32);
-  std::vector<Entry> entries(first_row.size()), sorted(first_row.size());
-  for (std::size_t i = 0; i < entries.size(); ++i)
-    entries[i] = {static_cast<std::uint32_t>((bits_of(i) - least) >> shift), static_cast<Index>(i)};
+  Array<Entry> entries(count), sorted(count);
+  auto next = entries.begin();
+  for_positions([&](Index row, std::uint64_t x) { *next++ = {static_cast<std::uint32_t>((x - least) >> shift), row}; });
   for (const int digit : {0, 16}) {
     std::vector<Index> place((1 << 16) + 1, 0);
     for (const Entry& e : entries) ++place[(e.x >> digit & 0xffff) + 1];
@@ -131,29 +134,92 @@ std::vector<Index> sort_positions(std::span<const Vec3> rows, std::span<const In
   }
   for (auto from = entries.begin(); from != entries.end();) {
     const auto to = std::find_if(from, entries.end(), [&](const Entry& e) { return e.x != from->x; });
-    std::sort(from, to, [&](const Entry& a, const Entry& b) {
-      return lexicographic_less(rows[first_row[a.position]], rows[first_row[b.position]]);
-    });
+    std::sort(from, to, [&](const Entry& a, const Entry& b) { return lexicographic_less(rows[a.row], rows[b.row]); });
     from = to;
   }
-  std::vector<Index> order(entries.size());
-  std::transform(entries.begin(), entries.end(), order.begin(), [](const Entry& e) { return e.position; });
+  Array<Index> order(count);
+  std::transform(entries.begin(), entries.end(), order.begin(), [](const Entry& e) { return e.row; });
   return order;
 }
 
-// Whether a face keeps three distinct points; if so, turns it and its rows until the least point leads.
-bool turn_least_first(Face& face, Face& rows, std::span<const Index> point_of_row) {
-  for (int i = 0; i < 3; ++i) face[i] = point_of_row[rows[i]];
-  if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return false;
-  const int least = face[0] < face[1] ? (face[0] < face[2] ? 0 : 2) : (face[1] < face[2] ? 1 : 2);
-  face = {face[least], face[(least + 1) % 3], face[(least + 2) % 3]};
-  rows = {rows[least], rows[(least + 1) % 3], rows[(least + 2) % 3]};
-  return true;
+// A face in the order in which faces go: by its least point, the lower and the higher of the other two, its
+// winding, its place in the file.
+struct SortedFace {
+  std::uint64_t least_and_low;
+  std::uint64_t rest;  // 31 bits for the third point, one for the winding, 32 for the input face
+  auto operator<=>(const SortedFace&) const = default;
+
+  static std::uint64_t wide(Index i) { return static_cast<std::uint64_t>(i); }
+  SortedFace() = default;
+  SortedFace(Index least, Index second, Index third, std::size_t source) {
+    const auto [low, high] = std::minmax(second, third);
+    least_and_low = wide(least) << 32 | wide(low);
+    rest = (wide(high) << 1 | (second > third)) << 32 | source;
+  }
+  bool is_copy_of(const SortedFace& other) const {
+    return least_and_low == other.least_and_low && rest >> 32 == other.rest >> 32;
+  }
+  Index source() const { return static_cast<Index>(rest & 0xffffffff); }
+  Face face() const {
+    const Index least = static_cast<Index>(least_and_low >> 32), low = static_cast<Index>(least_and_low & 0xffffffff);
+    const Index high = static_cast<Index>(rest >> 33);
+    return rest >> 32 & 1 ? Face{least, high, low} : Face{least, low, high};
+  }
+};
+
+// Calls take(least point, sorted face) for each face in first .. last - 1 that keeps three distinct points.
+template <class Take>
+void for_sorted_faces(std::span<const Face> input, std::span<const Index> point_of_row, std::size_t first,
+                      std::size_t last, Take take) {
+  for (std::size_t f = first; f < last; ++f) {
+    const Index a = point_of_row[input[f][0]], b = point_of_row[input[f][1]], c = point_of_row[input[f][2]];
+    if (a == b || b == c || c == a) continue;
+    const Index least = std::min({a, b, c}), second = least == a ? b : least == b ? c : a;
+    take(least, SortedFace(least, second, a ^ b ^ c ^ least ^ second, f));
+  }
+}
+
+// Faces by points near their least one: blocks of the file are dealt out to buckets, then each bucket is
+// sorted, on all cores, and since every face has a place of its own in the order, to the same end.
+Array<SortedFace> sort_faces(std::span<const Face> input, std::span<const Index> point_of_row,
+                             std::size_t point_count) {
+  constexpr std::size_t block = 1 << 17;
+  constexpr int most_buckets = 14;  // as a power of 2: their ends stay in the cache
+  const std::size_t blocks = (input.size() + block - 1) / block;
+  const int shift = std::max(0, static_cast<int>(std::bit_width(point_count)) - most_buckets);
+  const std::size_t buckets = (point_count >> shift) + 1;
+  std::vector<Index> cursor(blocks * buckets, 0);
+  const auto visit = [&](auto take) {
+    const auto deal_out = [&](std::size_t first, std::size_t last) {
+      for (std::size_t b = first; b < last; ++b)
+        for_sorted_faces(input, point_of_row, b * block, std::min(input.size(), (b + 1) * block),
+                         [&](Index least, const SortedFace& face) {
+                           take(cursor[b * buckets + (least >> shift)], face);
+                         });
+    };
+    parallel_for(blocks, deal_out, 1);
+  };
+  visit([](Index& count, const SortedFace&) { ++count; });
+  std::vector<Index> start(buckets + 1, 0);
+  Index total = 0;
+  for (std::size_t bucket = 0; bucket < buckets; ++bucket) {
+    start[bucket] = total;
+    for (std::size_t b = 0; b < blocks; ++b) total += std::exchange(cursor[b * buckets + bucket], total);
+  }
+  start[buckets] = total;
+  Array<SortedFace> sorted(total);
+  visit([&](Index& place, const SortedFace& face) { sorted[place++] = face; });
+  const auto sort_buckets = [&](std::size_t first, std::size_t last) {
+    for (std::size_t b = first; b < last; ++b)
+      std::sort(sorted.begin() + start[b], sorted.begin() + start[b + 1]);
+  };
+  parallel_for(buckets, sort_buckets, 1 << 10);
+  return sorted;
 }
 
 // Rows that copies of a face have for the same corner stand for one another: which of the copies stays must not
 // decide which faces share a row. Leads each row of `first` and `second` to the least row of its class.
-void unite(const Face& first, const Face& second, std::vector<Index>& class_of_row) {
+void unite(const Face& first, const Face& second, Array<Index>& class_of_row) {
   const auto find = [&](Index row) {
     while (class_of_row[row] != row) row = class_of_row[row] = class_of_row[class_of_row[row]];
     return row;
@@ -164,87 +230,73 @@ void unite(const Face& first, const Face& second, std::vector<Index>& class_of_r
   }
 }
 
-// Faces by their least point, then by the other two, then by the file: buckets are small, so that this is
-// nearly linear. Copies end up side by side; only the first stays.
-void sort_faces(std::span<const Face> input, Welded& welded) {
-  struct Entry {
-    std::uint64_t others;  // lower, then higher of the other two points, then the winding
-    Index source;
-    bool operator<(const Entry& e) const { return others != e.others ? others < e.others : source < e.source; }
-  };
-  const auto& points = welded.point_of_row;
-  std::vector<Index> end(welded.points.size() + 1, 0);
-  Face face;
-  for (Face rows : input)
-    if (turn_least_first(face, rows, points)) ++end[face[0] + 1];
-  std::partial_sum(end.begin(), end.end(), end.begin());
-  std::vector<Entry> entries(end.back());
-  for (std::size_t f = 0; f < input.size(); ++f) {
-    Face rows = input[f];
-    if (!turn_least_first(face, rows, points)) continue;
-    const auto [low, high] = std::minmax(face[1], face[2]);
-    const auto key = static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high) << 1;
-    entries[end[face[0]]++] = {key | (face[1] > face[2]), static_cast<Index>(f)};  // from start to end of its bucket
-  }
-  const auto start = [&](std::size_t p) { return p == 0 ? 0 : end[p - 1]; };
-  parallel_for(welded.points.size(), [&](std::size_t first, std::size_t last) {
-    for (std::size_t p = first; p < last; ++p) std::sort(entries.begin() + start(p), entries.begin() + end[p]);
-  });
+// The input rows of a face's corners.
+Face rows_at(const Face& face, const Face& input, std::span<const Index> point_of_row) {
+  Face rows;
+  for (int i = 0; i < 3; ++i) rows[i] = row_at(face[i], input, point_of_row);
+  return rows;
+}
 
-  std::vector<Index> class_of_row;
-  welded.faces.reserve(entries.size());
-  welded.rows.reserve(entries.size());
-  welded.source.reserve(entries.size());
-  for (const Entry& entry : entries) {
-    Face rows = input[entry.source];
-    turn_least_first(face, rows, points);
-    if (!welded.faces.empty() && welded.faces.back() == face) {
-      // Of copies the one with the least rows stays, whatever the order of the faces.
-      if (class_of_row.empty()) {
-        class_of_row.resize(points.size());
-        std::iota(class_of_row.begin(), class_of_row.end(), 0);
-      }
-      unite(rows, welded.rows.back(), class_of_row);
-      if (rows < welded.rows.back()) {
-        welded.rows.back() = rows;
-        welded.source.back() = entry.source;
-      }
+// Copies stand side by side; of those the one with the least rows stays, whatever the order of the file.
+void lay_faces(std::span<const Face> input, Welded& welded) {
+  Array<Index>& class_of_row = welded.class_of_row;
+  const Array<SortedFace> sorted = sort_faces(input, welded.point_of_row, welded.points.size());
+  welded.faces.reserve(sorted.size());
+  welded.source.reserve(sorted.size());
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    const Face face = sorted[i].face();
+    const Index source = sorted[i].source();
+    if (i == 0 || !sorted[i].is_copy_of(sorted[i - 1])) {
+      welded.faces.push_back(face);
+      welded.source.push_back(source);
       continue;
     }
-    welded.faces.push_back(face);
-    welded.rows.push_back(rows);
-    welded.source.push_back(entry.source);
+    if (class_of_row.empty()) {
+      class_of_row.resize(welded.point_of_row.size());
+      std::iota(class_of_row.begin(), class_of_row.end(), 0);
+    }
+    const Face rows = rows_at(face, input[source], welded.point_of_row);
+    const Face least = rows_at(face, input[welded.source.back()], welded.point_of_row);
+    unite(rows, least, class_of_row);
+    if (rows < least) welded.source.back() = source;
   }
   // Roots come before what they lead to.
   for (Index& row : class_of_row) row = class_of_row[row];
-  welded.class_of_row = std::move(class_of_row);
-  welded.degenerate = static_cast<Index>(input.size() - entries.size());
-  welded.duplicate = static_cast<Index>(entries.size() - welded.faces.size());
+  welded.degenerate = static_cast<Index>(input.size() - sorted.size());
+  welded.duplicate = static_cast<Index>(sorted.size() - welded.faces.size());
 }
 
 }  // namespace
 
+Array<std::uint8_t> mark_used(std::span<const Face> faces, std::size_t count) {
+  Array<std::uint8_t> used(count, 0);
+  for (const Face& face : faces)
+    for (const Index row : face) used[row] = 1;
+  return used;
+}
+
 Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance) {
   Welded welded;
-  const std::vector<Index> first_row = distinct_positions(rows, faces, welded.point_of_row);
-
-  const std::vector<Index> order = sort_positions(rows, first_row);
-  std::vector<Index> point_of_class(order.size());
-  welded.points.reserve(order.size());
+  Array<Index>& point_of_row = welded.point_of_row;
+  find_first_rows(rows, faces, point_of_row);
+  const Array<Index> order = sort_positions(rows, point_of_row);
+  welded.points.resize(order.size());
+  Array<Index> point_at(rows.size());  // by the first row of a position
   for (std::size_t i = 0; i < order.size(); ++i) {
-    point_of_class[order[i]] = static_cast<Index>(i);
-    welded.points.push_back(rows[first_row[order[i]]]);
+    point_at[order[i]] = static_cast<Index>(i);
+    welded.points[i] = rows[order[i]];
   }
   if (distance > 0 && !welded.points.empty()) {
     const std::vector<Index> target = merge_near(welded.points, distance);
-    for (std::size_t i = 0; i < target.size(); ++i)
+    for (std::size_t i = 0; i < target.size(); ++i) {
       welded.moved = std::max(welded.moved, length(welded.points[i] - welded.points[target[i]]));
-    for (Index& p : point_of_class) p = target[p];
+      point_at[order[i]] = target[i];
+    }
   }
-  for (Index& p : welded.point_of_row)
-    if (p >= 0) p = point_of_class[p];
+  for (Index& row : point_of_row)
+    if (row >= 0) row = point_at[row];
 
-  sort_faces(faces, welded);
+  lay_faces(faces, welded);
   return welded;
 }
 

@@ -5,21 +5,24 @@
 #include <span>
 #include <vector>
 
+#include "array.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
 
 struct Welded {
-  std::vector<Vec3> points;         // distinct positions that a face uses, in lexicographic order
-  std::vector<Index> point_of_row;  // -1 where no face uses the row
-  std::vector<Face> faces;          // least point first, winding kept; in lexicographic order
-  std::vector<Face> rows;           // the input rows of each face's corners
-  std::vector<Index> source;        // input face of each face
-  std::vector<Index> class_of_row;  // where faces have copies: rows with equal numbers count as one; else empty
+  Array<Vec3> points;         // distinct positions that a face uses, in lexicographic order
+  Array<Index> point_of_row;  // -1 where no face uses the row
+  Array<Face> faces;          // least point first, winding kept; in lexicographic order
+  Array<Index> source;        // input face of each face
+  Array<Index> class_of_row;  // where faces have copies: rows with equal numbers count as one; else empty
   Index degenerate = 0;             // faces dropped since they repeat a point
   Index duplicate = 0;              // faces dropped since they copy another with the same winding
   double moved = 0;                 // greatest distance between a row and its point
 };
+
+// A flag for each of `count` rows: whether a face uses it.
+Array<std::uint8_t> mark_used(std::span<const Face> faces, std::size_t count);
 
 // Points nearer than `distance` to an earlier point (in lexicographic order) become that point; with
 // 0, only equal points are one. Rows of `faces` must be in range and finite. O(n log n).

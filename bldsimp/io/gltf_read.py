@@ -116,17 +116,15 @@ def _joined(
     joined = np.concatenate(faces).astype(np.int32)
     check_finite(points, joined)
     step = max(document.step(group.position) for group in rows)
-    single, rounding = (False, step / 2.0) if step else number_format(points, joined)
     mesh = Mesh(
         name=name,
         points=points,
         faces=joined,
         part_of_face=np.repeat(np.arange(len(parts), dtype=np.int32), [len(own) for own in faces]),
         parts=parts,
-        single=single,
-        rounding=rounding,
         source=GltfMesh(index, rows, {}),
     )
+    mesh.single, mesh.rounding = (False, step / 2.0) if step else number_format(mesh.used_points)
     if any(group.normal is not None for group in rows):
         mesh.normals = np.concatenate([_normals(document, group) for group in rows])
     mesh.source.carried = _carried(document, index, mesh)

@@ -97,17 +97,16 @@ def polygon_mesh(
         raise InputError(f"{len(points):,} points but no faces: bldsimp simplifies surfaces")
     check_finite(points, polygons.corners)
     faces, polygon_of_face = triangulate_polygons(points, polygons.offsets, polygons.corners)
-    single, rounding = number_format(points, polygons.corners)
-    return Mesh(
+    mesh = Mesh(
         name=name,
         points=points,
         faces=faces,
         part_of_face=polygons.part[polygon_of_face],
         parts=parts,
-        single=single,
-        rounding=rounding,
         source=Stored(polygons),
     )
+    mesh.single, mesh.rounding = number_format(mesh.used_points)
+    return mesh
 
 
 def _without_slivers(polygons: Polygons, warnings: list[str]) -> Polygons:
