@@ -9,7 +9,7 @@ set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-.venv/bin/python}
 models=${BLDSIMP_MODELS:-../shared/models}
-chosen=" ${*:-block triangulation anchors startup models} "
+chosen=" ${*:-block triangulation anchors decimation startup models} "
 
 section() { # NAME TITLE SCRIPT ARGUMENT...
     case $chosen in *" $1 "*) ;; *) return 0 ;; esac
@@ -27,6 +27,7 @@ section block "The over-sampled block" block.py "$models/exact/oversampled_minim
 section block "Stages of the over-sampled block" block.py --stages --runs 3 "$models/exact/oversampled_minimal.ply"
 section triangulation "The triangulation" triangulation.py
 section anchors "Points beside the best peer" anchors.py
+section decimation "Points that fast-simplification keeps" decimation.py
 section startup "From start to end" startup.py
 section models "Every model" models.py
 section models "Every model, textures and colours dropped" models.py --drop-attributes --tolerance auto

@@ -35,6 +35,19 @@ def test_the_summary_of_the_first_run_is_real(tmp_path: Path, data: Path) -> Non
     assert timeless[0] == timeless[1]
 
 
+def test_the_comparison_is_real(data: Path) -> None:
+    shown = README.split("prints, for the tower of `data/`:\n\n```\n")[1].split("```")[0]
+    command = [Path(sys.executable).parent / "bldsimp", "compare", "data/building_b.obj", "--tolerances", "auto"]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True, cwd=data.parent).stdout
+    # What fast-simplification finds depends on its version.
+    timeless = [re.sub(r"(?m) +[0-9.]+$", "", text) for text in (shown, printed)]
+    ours = [[line for line in text.splitlines() if not line.startswith(("fast", "  "))] for text in timeless]
+    assert ours[0] == ours[1]
+    assert len(ours[0]) == 7
+    assert "standard / improved: orientation tests" in shown
+    assert shown.split("standard / improved: ")[1] == printed.split("standard / improved: ")[1]
+
+
 @pytest.mark.parametrize("target", sorted(set(re.findall(r"\]\(([^):#]+)\)", README))))
 def test_links_lead_somewhere(target: str) -> None:
     assert (ROOT / target).exists()

@@ -23,9 +23,11 @@ from .row import Comparison, Row
 from .standard import standard_surface
 from .surface import Surface, surface_of
 
+PLAIN, BORDER = "fast-simplification", "fast-simplification border"
+
 VARIANTS = {
-    "fast-simplification": FastSimplification(),
-    "fast-simplification border": FastSimplification(preserve_border=True),
+    PLAIN: FastSimplification(),
+    BORDER: FastSimplification(preserve_border=True),
     "fast-simplification lossless": FastSimplification(lossless=True),
 }
 """Each is asked for the deviation of `improved`; the first also for its number of points."""
@@ -114,6 +116,9 @@ class Contest:
         self._decimators = {
             name: Decimator(self.judge, variant, aimed=not variant.lossless) for name, variant in VARIANTS.items()
         }
+        if not self.judge.has_border:
+            # There is nothing to preserve: the same runs, which are most of the time on a large mesh.
+            self._decimators[BORDER] = self._decimators[PLAIN]
         self._asked = {
             peer.name: Decimator(self.judge, peer.decimate, most=peer.most) for peer in peers
         }
@@ -179,7 +184,7 @@ class Contest:
     def _at_same_points(self, row: Row, improved: Row, tolerance: float) -> Row:
         """The deviation at the number of points of `improved`."""
         points = improved.points or 0
-        found = next(iter(self._decimators.values())).at_points(points)
+        found = self._decimators[PLAIN].at_points(points)
         least = len(found.surface.points)
         if least > points + math.ceil(SPARE_POINTS * points):
             return replace(row, note=f"does not get down to the {points:,} points of improved: stops at {least:,}")

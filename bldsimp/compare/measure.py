@@ -21,8 +21,9 @@ SEED = 1
 ALONG_EDGES = np.linspace(0.0, 1.0, 5)
 """Where an open edge is looked at, from its one end to the other."""
 
-NOISE = 1e-9
-"""Distances below this share of the diagonal are not told apart."""
+NOISE_SPACINGS = 16.0
+"""Samples lie so many spacings of double precision off their surface at most, at its largest coordinate; a
+surface was up to 8.3 from itself on real models. That is taken off, so that equal surfaces are 0 apart."""
 
 
 class Judge:
@@ -51,10 +52,16 @@ class Judge:
         self.diagonal = float(np.linalg.norm(high - low))
         local = original.points - self.origin
         self.blur = 2.0 * float(np.spacing(np.float32(np.abs(local).max())))
+        self._noise = NOISE_SPACINGS * float(np.spacing(np.abs(local).max()))
         self._tree = _core.FaceTree(local, original.faces)
         self._queries = queries(local, original.faces)
         self._rim = open_edges(original.faces)
         self._rim_tree = _tree_of_edges(local, self._rim)
+
+    @property
+    def has_border(self) -> bool:
+        """Whether the original has an open edge."""
+        return len(self._rim) > 0
 
     def deviation(self, surface: Surface) -> float:
         """Greatest distance between the surface and the original, both ways; model units."""
@@ -77,12 +84,15 @@ class Judge:
         """
         if not len(surface.faces):
             return float("inf")
-        local = surface.points - self.origin
+        local, allowed = surface.points - self.origin, limit + self._noise
         # The original's tree is there already: what left the surface far behind shows soonest there.
-        invented = self._tree.farthest(queries(local, surface.faces), limit)
-        if invented > limit:
-            return invented
-        return max(invented, _core.FaceTree(local, surface.faces).farthest(self._queries, limit))
+        found = self._tree.farthest(queries(local, surface.faces), allowed)
+        if found <= allowed:
+            found = max(found, _core.FaceTree(local, surface.faces).farthest(self._queries, allowed))
+        if found > allowed:
+            # Less the noise, it might come out as the limit itself.
+            return max(found - self._noise, float(np.nextafter(limit, np.inf)))
+        return min(max(found - self._noise, 0.0), limit)
 
     def borders_made(self, surface: Surface, moved: float) -> int:
         """Open edges of a surface that lie on no open edge of the original: where it was torn.
@@ -99,7 +109,7 @@ class Judge:
         a, b = (surface.points[ends] - self.origin for ends in rim.T)
         along = a[:, None] + (b - a)[:, None] * ALONG_EDGES[:, None]
         away = self._rim_tree.distances(np.ascontiguousarray(along.reshape(-1, 3)))
-        beyond = away.reshape(len(rim), -1).max(axis=1) > moved + NOISE * self.diagonal
+        beyond = away.reshape(len(rim), -1).max(axis=1) > moved + self._noise
         return int(beyond.sum())
 
 

@@ -75,7 +75,7 @@ def _blocks(comparison: Comparison) -> str:
 
 def _table(rows: list[Row]) -> list[str]:
     """Aligned lines: words to the left, figures to the right."""
-    cells = [HEADER, *(_cells(row) for row in rows)]
+    cells = [HEADER, *(_cells(row, [above.method for above in rows[:i]]) for i, row in enumerate(rows))]
     widths = [max(len(line[i]) for line in cells) for i in range(len(HEADER))]
     return [
         "  ".join([line[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(line[1:], widths[1:], strict=True))])
@@ -83,9 +83,11 @@ def _table(rows: list[Row]) -> list[str]:
     ]
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: Row, above: list[str]) -> tuple[str, ...]:
+    """One line; a variant of a method above stands below that, without its name."""
+    parent = next((f"{method} " for method in above if row.method.startswith(f"{method} ")), "")
     return (
-        row.method,
+        ("  " if parent else "") + row.method.removeprefix(parent),
         *("-" if count is None else f"{count:,}" for count in (row.points, row.triangles)),
         *("-" if length is None else f"{length:.3g}" for length in (row.deviation, row.bound)),
         "-" if row.watertight is None else "yes" if row.watertight else "no",

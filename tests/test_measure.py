@@ -1,0 +1,165 @@
+"""The measure behind every comparison: exact distances, both ways, and borders."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from distance import Boxes, distance_to_triangles
+from shapes import FAR, box, fine_box, open_cone
+from solids import single
+
+from bldsimp import _core
+from bldsimp.compare.decimate import FastSimplification
+from bldsimp.compare.measure import SAMPLES, Judge, is_watertight, open_edges, queries, samples
+from bldsimp.compare.surface import Surface, surface_of, welded
+from bldsimp.io import read
+
+Arrays = tuple[np.ndarray, np.ndarray]
+
+
+def surface(mesh: Arrays) -> Surface:
+    points, faces = mesh
+    return welded(np.asarray(points, np.float64), np.asarray(faces, np.int32))
+
+
+def building(data) -> tuple[Surface, Surface]:
+    """The house, and what a decimator makes of it when it must go too far."""
+    before = surface_of(read(data / "building_a.obj", "obj"))
+    return before, surface(FastSimplification()(before.points, before.faces, 2000))
+
+
+class TestDistances:
+    def test_they_are_those_of_a_slow_search(self) -> None:
+        random = np.random.default_rng(3)
+        points = random.random((60, 3))
+        faces = random.integers(0, 60, (40, 3)).astype(np.int32)  # some repeat a point
+        asked = random.random((2000, 3)) * 2 - 0.5
+        told = _core.distances(asked, points, faces)
+        assert told == pytest.approx(distance_to_triangles(asked, Boxes(points[faces])), abs=1e-15)
+
+    @pytest.mark.parametrize("height", [1e-3, 1e-8, 1e-12, 1e-16, 1e-200, 0.0])
+    def test_a_needle_is_no_nearer_or_farther_than_its_longest_side(self, height: float) -> None:
+        random = np.random.default_rng(4)
+        a, b, up = random.random((3, 3))
+        up = np.cross(b - a, up)
+        corners = np.array([a, b, a + 0.3 * (b - a) + height * up / np.linalg.norm(up)])
+        asked = np.concatenate([random.random((500, 3)) * 3 - 1, a + random.random((500, 1)) * (b - a)])
+        for turn in range(3):
+            faces = np.roll(np.arange(3, dtype=np.int32), turn)[None]
+            told = _core.distances(asked, corners, faces)
+            side = _core.distances(asked, corners[:2], np.array([[0, 1, 1]], np.int32))
+            assert np.all(told <= side + 2e-15)
+            assert np.all(told >= side - height - 2e-15)
+
+    def test_from_far_away_and_from_a_point_without_extent(self) -> None:
+        dot = np.array([[1.0, 2.0, 3.0]]), np.zeros((1, 3), np.int32)
+        asked = np.array([[1.0, 2.0, 3.0], [1e6 + 1.0, 2.0, 3.0]])
+        assert _core.distances(asked, *dot).tolist() == [0.0, 1e6]
+
+    def test_a_query_does_not_depend_on_its_neighbours(self, data) -> None:
+        before, after = building(data)
+        asked = queries(before.points, before.faces)
+        tree = _core.FaceTree(after.points, after.faces)
+        order = np.random.default_rng(5).permutation(len(asked))
+        assert tree.distances(asked)[order] == pytest.approx(tree.distances(asked[order]), abs=1e-14)
+        assert np.array_equal(tree.distances(asked), tree.distances(asked))
+
+    def test_farthest_is_the_greatest_unless_one_lies_beyond_the_limit(self) -> None:
+        points, faces = box()
+        tree = _core.FaceTree(points, faces)
+        asked = np.array([[1.0, 1.0, 5.0], [1.0, 1.0, 90.0]])
+        assert tree.farthest(asked, np.inf) == tree.farthest(asked, 88.0) == 88.0
+        assert tree.farthest(asked, 1.0) in (3.0, 88.0)
+        assert tree.farthest(asked[:0], 1.0) == 0.0
+
+    def test_nothing_is_infinitely_far(self) -> None:
+        assert _core.distances(np.zeros((1, 3)), np.zeros((0, 3)), np.zeros((0, 3), np.int32)).tolist() == [np.inf]
+
+    def test_faces_out_of_range_are_refused(self) -> None:
+        with pytest.raises(IndexError):
+            _core.FaceTree(np.zeros((3, 3)), np.array([[0, 1, 3]], np.int32))
+
+    def test_libigl_agrees_on_a_building(self, data) -> None:
+        igl = pytest.importorskip("igl", reason="libigl is not installed")
+        before, after = building(data)
+        diagonal = np.linalg.norm(np.ptp(before.points, axis=0))
+        for source, target in ((before, after), (after, before)):
+            asked = queries(source.points, source.faces)
+            squared = igl.point_mesh_squared_distance(asked, target.points, target.faces)[0]
+            told = _core.distances(asked, target.points, target.faces)
+            assert told.max() > 0.01
+            assert np.abs(told - np.sqrt(squared)).max() < 1e-9 * diagonal
+
+
+class TestSamples:
+    def test_they_are_on_the_surface_and_repeat(self) -> None:
+        points, faces = open_cone()
+        found = samples(points, faces)
+        assert np.array_equal(found, samples(points, faces))
+        assert found.shape == (SAMPLES, 3)
+        assert _core.distances(found, points, faces).max() < 1e-15
+
+    def test_they_are_spread_by_area(self) -> None:
+        points = np.array([[0.0, 0, 0], [3, 0, 0], [0, 1, 0], [0, 0, 1]])
+        found = samples(points, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+        assert np.mean(found[:, 2] == 0) == pytest.approx(0.75, abs=0.01)
+        assert found[found[:, 2] == 0].mean(axis=0) == pytest.approx([1.0, 1 / 3, 0], abs=0.02)
+
+    def test_without_area_there_are_none(self) -> None:
+        assert len(samples(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32))) == 0
+
+
+class TestJudge:
+    def test_it_looks_both_ways(self) -> None:
+        whole = surface(box())
+        open_ = surface((box()[0], box()[1][:-1]))
+        assert Judge(whole).deviation(surface(fine_box())) == 0.0
+        assert Judge(whole).deviation(open_) > 0.1
+        assert Judge(open_).deviation(whole) > 0.1
+        assert Judge(whole).deviation(Surface(np.zeros((0, 3)), np.zeros((0, 3), np.int32))) == np.inf
+
+    @pytest.mark.parametrize("shift", FAR)
+    def test_a_moved_roof_is_found_wherever_the_model_is(self, shift: float) -> None:
+        points, faces = fine_box(shift=shift)
+        raised = points + [0.0, 0.0, 0.25] * (points[:, 2:] == shift + 2.0)
+        told = Judge(surface((points, faces))).deviation(surface((raised, faces)))
+        assert told <= 0.25
+        assert told == pytest.approx(0.25, abs=1e-14)
+
+    def test_a_limit_is_a_limit(self) -> None:
+        points, faces = fine_box()
+        judge = Judge(surface((points, faces)))
+        raised = surface((points + [0.0, 0.0, 0.25] * (points[:, 2:] == 2.0), faces))
+        assert judge.farthest(raised, 0.25) == judge.deviation(raised) == pytest.approx(0.25, abs=1e-14)
+        assert 0.1 < judge.farthest(raised, 0.1) <= 0.25
+
+    def test_a_hole_makes_borders_and_a_border_of_the_original_does_not(self) -> None:
+        points, faces = fine_box()
+        closed, holed = surface((points, faces)), surface((points, faces[2:]))
+        assert len(open_edges(holed.faces)) == 4
+        assert Judge(closed).borders_made(holed, 10.0) == 4
+        assert Judge(holed).borders_made(holed, 0.0) == 0
+        assert Judge(holed).borders_made(closed, 0.0) == 0
+        elsewhere = surface((points, np.concatenate([faces[:4], faces[6:]])))
+        assert Judge(holed).borders_made(elsewhere, 0.0) > 0
+        assert Judge(holed).borders_made(elsewhere, 5.0) == 0
+
+    def test_an_edge_along_several_open_ones_is_theirs(self) -> None:
+        points, faces = fine_box()
+        upper = surface((points, faces[~np.all(points[faces][:, :, 2] == 0.0, axis=1)]))
+        coarse_points, coarse_faces = box()
+        coarse = surface((coarse_points, coarse_faces[~np.all(coarse_points[coarse_faces][:, :, 2] == 0.0, axis=1)]))
+        assert len(open_edges(coarse.faces)) == 4
+        assert Judge(upper).borders_made(coarse, 0.0) == 0
+
+    def test_single_precision_blurs_by_its_spacing_about_the_middle(self) -> None:
+        points, faces = single(fine_box(shift=5_000_000.0))
+        judge = Judge(surface((points, faces)))
+        assert judge.blur == 2.0 * np.spacing(np.float32(1.0))
+
+
+def test_watertight_means_every_edge_has_two_faces() -> None:
+    points, faces = box()
+    assert is_watertight(surface((points, faces)))
+    assert not is_watertight(surface((points, faces[1:])))
+    assert not is_watertight(Surface(np.zeros((0, 3)), np.zeros((0, 3), np.int32)))
