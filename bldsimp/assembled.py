@@ -34,6 +34,7 @@ class Cause(IntEnum):
     MISMATCH = 3
     CLASH = 4
     MISFIT = 5
+    LITTLE_GAIN = 6
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .assembled import Assembled, Cause, Layout, Rung
+from .options import LEAST_GAIN
 from .scene import Faces, Flags, Indices, Points
 from .triangulation import Statistics
 
@@ -37,7 +38,14 @@ def climb(
     pinned : (f,) uint8
         Facets whose faces must stay.
     """
-    ladder = _Ladder(points, faces, halfedges, facets, tolerance, pinned)
+    done = _in_passes(_Ladder(points, faces, halfedges, facets, tolerance, pinned))
+    hardly = _hardly_thinned(points, faces, facets, done) if tolerance > 0 else np.zeros_like(pinned)
+    if hardly.any():
+        done = _in_passes(_Ladder(points, faces, halfedges, facets, tolerance, pinned, hardly))
+    return done
+
+
+def _in_passes(ladder: _Ladder) -> Assembled:
     done = ladder.climbed()
     # Where facets vanished, borders were joined or single faces kept, chains may run on through former
     # corners: they are found again, on the result, until nothing more can go.
@@ -48,6 +56,27 @@ def climb(
             break
         done = done.followed_by(again)
     return done
+
+
+def _hardly_thinned(points: Points, faces: Faces, facets: _core.Facets, done: Assembled) -> Flags:
+    """Facets that changed where the curved surfaces of a component lost few of their points.
+
+    A curved surface can be cut into facets in many ways, and any cut of the result of a run finds a few more
+    points to drop. That is not worth moving the surface once more.
+    """
+    curved = np.flatnonzero(facets.curved[facets.facet_of_face])
+    if len(curved) == 0:
+        return np.zeros_like(facets.curved)
+    component = _core.find_components(faces, len(points))
+    key = np.unique(np.repeat(component[curved].astype(np.int64), 3) * len(points) + faces[curved].reshape(-1))
+    owner, point = np.divmod(key, len(points))
+    dropped = np.ones(len(points), bool)
+    dropped[done.triangles] = False
+    few = np.bincount(owner, dropped[point], len(faces)) < LEAST_GAIN * np.bincount(owner, minlength=len(faces))
+    hardly = np.zeros_like(facets.curved)
+    hardly[facets.facet_of_face[curved[few[component[curved]]]]] = 1
+    hardly[done.unchanged != 0] = 0
+    return hardly
 
 
 class _Ladder:
@@ -61,16 +90,20 @@ class _Ladder:
         facets: _core.Facets,
         tolerance: float,
         pinned: Flags,
+        hardly: Flags | None = None,
     ) -> None:
         self.points, self.faces, self.halfedges, self.facets = points, faces, halfedges, facets
         self.tolerance, self.pinned = tolerance, pinned
+        self.hardly = np.zeros_like(pinned) if hardly is None else hardly
         self.planes = facets.planes
         count = len(self.planes)
         self.rung = np.where(pinned != 0, np.uint8(Rung.PASSED_ON), np.uint8(0))
-        self.cause = np.zeros(count, np.uint8)
+        self.rung[self.hardly != 0] = Rung.FACES_KEPT
+        self.cause = np.where(self.hardly != 0, np.uint8(Cause.LITTLE_GAIN), np.uint8(0))
         self.splits = np.zeros(count, np.uint8)
         self.facet_of_part = np.arange(count, dtype=np.int32)
-        self.keep = pinned.copy()  # parts whose faces stay
+        self.keep = pinned | self.hardly  # parts whose faces stay
+        self.folded = np.zeros(count)  # how far needles of each facet may reach out of it from the pass before
         self.put_back = np.zeros(len(points), np.uint8)
         self.statistics = Statistics()
         # How far edges (as keys, sorted) already are from the outlines of the input.
@@ -98,7 +131,8 @@ class _Ladder:
         facet_of_face = self.facet_of_part[self.part_of_triangle[order]]
         halfedges = _core.pair_halfedges(self.points, faces, faces.reshape(-1), self.tolerance)
         facets = _core.Facets(facet_of_face, self.planes)
-        after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned)
+        after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned, self.hardly)
+        np.maximum.at(after.folded, self.facet_of_part, self.folds + self.reach)
         after.spent_edges, after.spent, after.vanished = self._spent_on_edges()
         after._begin()
         return after
@@ -141,7 +175,7 @@ class _Ladder:
         """How far each part's surface is from the input's within the plane, where pieces moved."""
         chain = self.pieces.chain
         distance = np.where(moved, self.pieces.deviation + self.spent_of_chain[chain], 0.0)
-        return self.folds + self._greatest_of_part(distance, chain)
+        return self.folds + np.maximum(self.reach, self._greatest_of_part(distance, chain))
 
     def _begin(self) -> None:
         """Trace the outlines of the parts as they are now."""
@@ -151,11 +185,13 @@ class _Ladder:
         self.face_start, self.face_order = _core.group_faces(self.facets)
         planes = self.facets.planes
         self.widths = planes[:, 4] - planes[:, 3] if self.tolerance > 0 else np.zeros(count)
-        self.folds = planes[:, 5]
+        self.folds = self.folded[self.facet_of_part]
+        self.reach = np.zeros(count)
         self.spent_of_chain = self._greatest_on_chain(self.spent)
         self.vanished_of_chain = self._greatest_on_chain(self.vanished)
-        allowed = np.sqrt(np.maximum(self.tolerance**2 - self.widths**2, 0.0)) - self.folds
-        left = -self._greatest_of_chain(-allowed) - self.spent_of_chain
+        left_by_width = np.sqrt(np.maximum(self.tolerance**2 - self.widths**2, 0.0))
+        self.allowed = np.maximum(left_by_width - self.folds, 0.0)
+        left = -self._greatest_of_chain(-self.allowed) - self.spent_of_chain
         self.limit = np.maximum(np.minimum(left, self.tolerance - self.vanished_of_chain), 0.0)
         self.must = self.outlines.is_corner | self.put_back
         self._keep_points_of(self.keep != 0)
@@ -183,7 +219,7 @@ class _Ladder:
             self._put_back(self.edges.clashing)
             self._note(self._parts_of_points(self.edges.clashing), Rung.POINTS_PUT_BACK, Cause.CLASH)
             return False
-        fits = self._retriangulate() and self._fits_together()
+        fits = self._retriangulate() and self._fits_together() and self._hangs_together()
         if self.cut:
             self._split()
         return fits
@@ -227,11 +263,12 @@ class _Ladder:
         wanted = np.flatnonzero(self.dirty).astype(np.int32)
         patches = _core.retriangulate(
             self.points, self.faces, self.face_start, self.face_order, self.facets, self.outlines,
-            self.pieces, self.kept, wanted, self.keep,
+            self.pieces, self.kept, self.allowed, wanted, self.keep,
         )  # fmt: skip
         self.statistics += Statistics(*patches.statistics)
         outcomes = patches.outcomes
         self.unchanged[wanted] = outcomes == Cause.UNCHANGED
+        self.reach[wanted] = patches.reach
         old = ~self.dirty[self.part_of_triangle]
         self.triangles = np.concatenate([self.triangles[old], patches.triangles])
         self.part_of_triangle = np.concatenate([self.part_of_triangle[old], patches.facet_of_triangle])
@@ -252,6 +289,28 @@ class _Ladder:
             ends = np.unique(_of(part, misfits))
             self._step_down(part, Cause.MISFIT, ends[:0], np.stack([ends, ends], axis=1))
         return len(misfits) == 0
+
+    def _hangs_together(self) -> bool:
+        """Whether no component came apart where a strip closed; strips that held it together step down."""
+        if self.edges.healed == 0:
+            return True
+        count = len(self.keep)
+        before = np.zeros(count, np.int32)
+        before[self.facets.facet_of_face] = _core.find_components(self.faces, len(self.points))
+        after = _core.find_components(self.triangles, len(self.points))
+        pairs = np.unique(np.stack([self.part_of_triangle, after], axis=1), axis=0)
+        of_component = np.unique(np.stack([before[pairs[:, 0]], pairs[:, 1]], axis=1), axis=0)[:, 0]
+        parted = of_component[1:][of_component[1:] == of_component[:-1]]
+        if len(parted) == 0:
+            return True
+        suspects = np.isin(before, parted) & (self.keep == 0)
+        # A strip has vanished, or parted itself where it was narrow.
+        strips = suspects & (np.bincount(pairs[:, 0], minlength=count) != 1)
+        chain, farthest = self.pieces.chain[self.edges.healed_pieces], self.pieces.farthest[self.edges.healed_pieces]
+        for part in np.flatnonzero(strips if strips.any() else suspects).astype(np.int32):
+            culprits = np.unique(farthest[np.isin(chain, self._chains_of(part)) & (farthest >= 0)])
+            self._step_down(part, Cause.MISFIT, culprits, np.empty((0, 2), np.int32))
+        return False
 
     def _step_down(self, part: np.int32, cause: Cause, culprits: Indices, trouble: Indices) -> None:
         """Keep more of a part: the least that may help and was not tried yet."""
@@ -305,11 +364,13 @@ class _Ladder:
         chain[self._chain_of_position[marked[self.outlines.chain_points]]] = True
         return np.unique(self.use_part[chain[self._chain_of_use]])
 
+    def _chains_of(self, part: np.int32) -> Indices:
+        return self._chain_of_sorted_use[self._use_start[part] : self._use_start[part + 1]]
+
     def _chain_points_of(self, part: np.int32) -> Indices:
         """Points of all chains of a part."""
-        low, high = self._use_start[part], self._use_start[part + 1]
         start = self.outlines.chain_start
-        runs = [self.outlines.chain_points[start[c] : start[c + 1]] for c in self._chain_of_sorted_use[low:high]]
+        runs = [self.outlines.chain_points[start[c] : start[c + 1]] for c in self._chains_of(part)]
         return np.unique(np.concatenate(runs)) if runs else np.empty(0, np.int32)
 
     def _greatest_of_chain(self, of_part: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -21,6 +21,10 @@ WIDTH_SHARE = 0.95
 NEEDLE_DIAGONAL = 1e-6
 """A face no higher than this share of the diagonal, nor than the tolerance, has no plane of its own."""
 
+LEAST_GAIN = 0.125
+"""Curved surfaces of a component that would lose a smaller share of their points keep their faces, so that a
+second run, which always finds another cut, finds little to do."""
+
 FLAT_NORMALS_DEGREES = 1.0
 """Input normals within this angle of their face normals mean a flat-shaded input; degrees."""
 

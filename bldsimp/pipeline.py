@@ -219,14 +219,20 @@ def _oriented(
 ) -> tuple[Faces, Faces, _core.Halfedges, int]:
     """Faces, their rows and halfedges with consistent, outward winding, and how many faces that turned."""
     points, faces, rows = welded.points, welded.faces, welded.rows
-    halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
-    turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
+    shared = _classes(welded, rows)
+    halfedges = _core.pair_halfedges(points, faces, shared.reshape(-1), width)
+    turned = _core.find_turned(points, faces, halfedges, shared, pinned.astype(np.uint8))
     if len(turned):
         faces, rows = faces.copy(), rows.copy()
         for corners in (faces, rows):
             corners[turned] = corners[turned][:, [0, 2, 1]]
-        halfedges = _core.pair_halfedges(points, faces, rows.reshape(-1), width)
+        halfedges = _core.pair_halfedges(points, faces, _classes(welded, rows).reshape(-1), width)
     return faces, rows, halfedges, len(turned)
+
+
+def _classes(welded: _core.Welded, rows: Faces) -> Faces:
+    """One number for rows that count as one, since copies of a face use them for the same corner."""
+    return welded.class_of_row[rows] if welded.duplicate else rows
 
 
 def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:

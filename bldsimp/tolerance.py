@@ -112,7 +112,13 @@ def placed(points: Points, transform: Points) -> Points:
 
 def _stretch(linear: Points) -> float:
     """Greatest singular value of a 3 x 3 matrix, by Jacobi rotations of its Gram matrix."""
-    a = [[sum(linear[k][i] * linear[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+    size = float(np.abs(linear).max())
+    if size == 0.0:
+        return 0.0
+    # Brought near one by a power of two, so that no square leaves the range of double precision.
+    unit = math.ldexp(1.0, math.frexp(size)[1])
+    m = (linear / unit).tolist()
+    a = [[sum(m[k][i] * m[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
     for _ in range(12):
         for p, q in ((0, 1), (0, 2), (1, 2)):
             if a[p][q] == 0.0:
@@ -121,7 +127,7 @@ def _stretch(linear: Points) -> float:
             t = math.copysign(1.0, theta) / (abs(theta) + math.hypot(theta, 1.0))
             c = 1.0 / math.hypot(t, 1.0)
             _rotate(a, p, q, c, t * c)
-    return math.sqrt(max(a[0][0], a[1][1], a[2][2], 0.0))
+    return unit * math.sqrt(max(a[0][0], a[1][1], a[2][2], 0.0))
 
 
 def _rotate(a: list[list[float]], p: int, q: int, c: float, s: float) -> None:

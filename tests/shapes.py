@@ -157,9 +157,13 @@ class Gltf:
         indices = self.accessor(faces.reshape(-1), "u2")
         return {"attributes": {"POSITION": self.accessor(points), **attributes}, "indices": indices}
 
+    def at(self, uri: str) -> None:
+        """Say that the buffer of the GLB stands elsewhere."""
+        self.json["buffers"] = [{"byteLength": len(self.data), "uri": uri}]
+
     def glb(self) -> bytes:
         """The document as GLB."""
-        json_ = {**self.json, "buffers": [{"byteLength": len(self.data)}]}
+        json_ = {"buffers": [{"byteLength": len(self.data)}], **self.json}
         text = json.dumps(json_).encode()
         text += b" " * (-len(text) % 4)
         body = bytes(self.data) + b"\0" * (-len(self.data) % 4)

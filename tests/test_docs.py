@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import ast
+import csv
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -82,3 +85,44 @@ def test_each_formula_step_and_figure_of_the_article_has_its_row() -> None:
     ):
         (row,) = [line for line in rows if line.startswith(f"| {start}")]
         assert "](../" in row
+
+
+@pytest.fixture(scope="module")
+def figures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the one command that makes the figures writes today."""
+    pytest.importorskip("matplotlib", reason="the extra 'plots' is not installed")
+    pytest.importorskip("PIL", reason="the extra 'pictures' is not installed")
+    folder = tmp_path_factory.mktemp("figures")
+    subprocess.run([sys.executable, ROOT / "examples" / "compare_buildings.py", folder], check=True)
+    return folder
+
+
+def rows_of(path: Path) -> dict[tuple[str, str, str], dict[str, str]]:
+    """Rows of a CSV by file, tolerance and method."""
+    with path.open(encoding="utf-8", newline="") as opened:
+        return {(row["file"], row["tolerance"], row["method"]): row for row in csv.DictReader(opened)}
+
+
+def test_the_figures_are_those_of_today(figures: Path) -> None:
+    shown, today = (rows_of(folder / "buildings.csv") for folder in (ROOT / "docs", figures))
+    assert list(shown) == list(today)
+    for key, row in today.items():
+        for name in ("points", "triangles", "watertight", "border_made", "note"):
+            assert row[name] == shown[key][name], (
+                f"{key}: run examples/compare_buildings.py, and see what the text says"
+            )
+    made = sorted(path.name for path in figures.iterdir())
+    assert made == ["building_a_methods.png", "building_b_methods.png", "buildings.csv", "points.svg"]
+    assert all((ROOT / "docs" / name).stat().st_size > 10_000 for name in made if name != "buildings.csv")
+
+
+def test_the_table_is_the_csv_and_improved_never_has_more_points_than_standard() -> None:
+    rows = rows_of(ROOT / "docs" / "buildings.csv")
+    text = (ROOT / "docs" / "from_the_article.md").read_text(encoding="utf-8")
+    files = dict.fromkeys(file for file, _, _ in rows)
+    tolerances = dict.fromkeys(tolerance for _, tolerance, _ in rows)
+    for file, letter in zip(files, "AB", strict=True):
+        for tolerance in tolerances:
+            counts = [int(rows[file, tolerance, method]["points"]) for method in ("original", "standard", "improved")]
+            assert counts[2] <= counts[1]
+            assert f"| {letter} | {tolerance} | " + " | ".join(f"{count:,}" for count in counts) + " |" in text

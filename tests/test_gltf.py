@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import json
+import os
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from shapes import Gltf, box, fine_box, glb_parts, glb_values, triangle_set, write
 
-from bldsimp import InputError, Options, Scene, Tolerance, simplify_scene
+from bldsimp import InputError, Options, OutputError, Scene, Tolerance, simplify_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.tolerance import diagonal, resolve_tolerance, spacing
@@ -174,15 +177,160 @@ BROKEN = {
     "a ring of nodes": (lambda d: d.json["nodes"][0].update(children=[0]), "not a tree"),
     "no triangles": (lambda d: d.json["meshes"][0]["primitives"][0].update(mode=1), "no triangles"),
     "glTF 1": (lambda d: d.json["asset"].update(version="1.0"), "glTF 1.0"),
+    "a node of a mesh that is not there": (lambda d: d.json["nodes"][0].update(mesh=7), "node 0 names mesh 7"),
+    "a node of no number": (lambda d: d.json["nodes"][0].update(mesh="box"), "node 0 names mesh box"),
+    "a stride of zero": (lambda d: d.json["bufferViews"][1].update(byteStride=0), "stride of 0 for elements of 12"),
+    "a stride within a number": (lambda d: d.json["bufferViews"][1].update(byteStride=13), "stride of 13"),
+    "a stride within an element": (lambda d: d.json["bufferViews"][1].update(byteStride=8), "stride of 8"),
+    "a stride that is a word": (lambda d: d.json["bufferViews"][1].update(byteStride="12"), "stride of 12"),
+    "a buffer in another folder": (lambda d: d.at("../box.bin"), "beneath the input's folder"),
+    "a buffer at the root": (lambda d: d.at("/etc/passwd"), "beneath the input's folder"),
+    "a buffer by a scheme": (lambda d: d.at("file:///etc/passwd"), "beneath the input's folder"),
+    "a number that is none": (lambda d: d.json["nodes"][0].update(scale=[np.nan, 1, 1]), "holds NaN"),
+    "nodes that scale without end": (
+        lambda d: d.json.update(
+            nodes=[{"children": [i + 1], "scale": [1e10] * 3} for i in range(40)] + [{"mesh": 0}]
+        ),
+        "beyond 1e100",
+    ),
+    "an image of nothing": (lambda d: d.json.update(images=[{}]), "image 0 has neither"),
+    "an image of a number": (lambda d: d.json.update(images=[{"uri": 7}]), "image 0 has neither"),
+    "an image of no view": (lambda d: d.json.update(images=[{"bufferView": 9}]), "no entry 9"),
+    "a colour of words": (
+        lambda d: (
+            d.json["meshes"][0]["primitives"][0].update(material=0),
+            d.json.update(materials=[{"pbrMetallicRoughness": {"baseColorFactor": ["red"] * 4}}]),
+        ),
+        "not as the format asks",
+    ),
+    "a member that is no list": (lambda d: d.json.update(cameras={}), "'cameras' is not a list"),
+    "an accessor of no type": (lambda d: d.json["accessors"][0].update(type="VEC9"), "not understood"),
+    "a count below zero": (lambda d: d.json["accessors"][0].update(count=-1), "negative count"),
     "no asset": (lambda d: d.json.pop("asset"), "no 'asset'"),
 }
 
 
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("case", BROKEN)
 def test_broken_documents_are_refused(case: str) -> None:
     change, told = BROKEN[case]
     with pytest.raises(InputError, match=told):
         read(_spoilt(change), "glb")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("factor", [1e-120, 1e-30, 1e30, 1e90])
+@pytest.mark.parametrize("tolerance", [Tolerance(), Tolerance(0.1, "length"), Tolerance(1.0, "percent")])
+def test_odd_scales_end_in_a_result_or_one_error(factor: float, tolerance: Tolerance) -> None:
+    document = Gltf()
+    document.mesh(document.box(fine=True), node={"scale": [factor] * 3})
+    scene = read(document.glb(), "glb")
+    _, report = simplify_scene(scene, Options(tolerance=tolerance))
+    assert report.after.watertight
+    assert np.isfinite(report.deviation)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda d: d.json["scenes"][0].update(extras=[1e400]), "beyond double precision"),
+        (lambda d: d.json["nodes"].append({"extensions": {"EXT_mesh_gpu_instancing": []}}), "not as the format asks"),
+    ],
+)
+def test_what_no_mesh_uses_is_told_on_writing(change, told: str) -> None:
+    scene = read(_spoilt(change).replace(b"Infinity", b"1e400   "), "glb")
+    lights, _ = simplify_scene(scene, Options())
+    with pytest.raises(OutputError, match=told):
+        write_scene(scene, lights, io.BytesIO(), "glb", Options())
+
+
+@pytest.mark.parametrize("suffix", ["glb", "gltf", "obj", "ply"])
+def test_half_a_letter_in_a_name_can_be_written(tmp_path: Path, suffix: str) -> None:
+    document = Gltf()
+    document.mesh({**document.box(), "material": 0}, name="\ud800")
+    document.json["materials"] = [{"name": "\udc00"}]
+    scene = read(document.glb(), "glb")
+    lights, _ = simplify_scene(scene, Options())
+    target = tmp_path / f"out.{suffix}"
+    write_scene(scene, lights, target, suffix, Options())
+    assert len(read(target, suffix).meshes[0].faces) == 12
+
+
+class TestBeside:
+    """Only what stands beneath the file's folder is read."""
+
+    @pytest.mark.parametrize(
+        "uri", ["../box.bin", "sub/../../box.bin", "%2e%2e/box.bin", "..\\box.bin", "ABSOLUTE", "file:ABSOLUTE", "pipe"]
+    )
+    def test_what_is_elsewhere_is_refused(self, tmp_path: Path, uri: str) -> None:
+        document = Gltf()
+        document.mesh(document.box())
+        outside = write(tmp_path / "box.bin", bytes(document.data))
+        folder = tmp_path / "in"
+        folder.mkdir()
+        os.mkfifo(folder / "pipe")
+        source = write(folder / "box.gltf", document.gltf(uri.replace("ABSOLUTE", str(outside))))
+        with pytest.raises(InputError, match="is no file beneath the input's folder: put it there"):
+            read(source, "gltf")
+
+    @pytest.mark.parametrize("uri", ["sub/box.bin", "sub/../sub/box.bin", "sub/..b%20x.bin", "./link.bin"])
+    def test_what_is_beneath_is_read(self, tmp_path: Path, uri: str) -> None:
+        document = Gltf()
+        document.mesh(document.box())
+        (tmp_path / "sub").mkdir()
+        for name in ("box.bin", "..b x.bin"):
+            write(tmp_path / "sub" / name, bytes(document.data))
+        (tmp_path / "link.bin").symlink_to("sub/box.bin")
+        assert len(read(write(tmp_path / "box.gltf", document.gltf(uri)), "gltf").meshes[0].faces) == 12
+
+    def test_an_image_elsewhere_is_not_put_in(self, tmp_path: Path) -> None:
+        document = Gltf()
+        primitive = document.box(TEXCOORD_0=document.accessor(np.zeros((8, 2))))
+        document.json.update(
+            images=[{"uri": "../secret.png"}], textures=[{"source": 0}],
+            materials=[{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        )  # fmt: skip
+        document.mesh({**primitive, "material": 0})
+        write(tmp_path / "secret.png", b"\x89PNG secret")
+        folder = tmp_path / "in"
+        folder.mkdir()
+        scene = read(write(folder / "box.gltf", document.gltf()), "gltf")
+        lights, _ = simplify_scene(scene, Options())
+        for suffix in ("glb", "obj"):
+            written = write_scene(scene, lights, folder / f"out.{suffix}", suffix, Options())
+            assert any("'../secret.png' is no file beneath" in text for text in written.warnings)
+        assert not any(b"PNG secret" in path.read_bytes() for path in folder.iterdir())
+
+
+def test_work_grows_with_the_meshes_and_not_with_their_square() -> None:
+    def calls(count: int) -> int:
+        document = Gltf()
+        for i in range(count):
+            uv = document.accessor(np.zeros((16, 2)))
+            points = document.accessor(np.vstack([box()[0], box()[0] + 5.0]) + 20.0 * i)
+            document.json["accessors"][points]["count"] = 8
+            document.json["accessors"].append({**document.json["accessors"][points], "byteOffset": 96})
+            indices = document.accessor(box()[1].reshape(-1), "u2")
+            document.mesh(
+                {"attributes": {"POSITION": points}, "indices": indices},
+                {"attributes": {"POSITION": points + 1, "TEXCOORD_0": uv}, "indices": indices},
+            )
+        data, told = document.glb(), 0
+
+        def count_one(frame: object, event: str, argument: object) -> None:
+            nonlocal told
+            told += event in ("call", "c_call")
+
+        sys.setprofile(count_one)
+        try:
+            scene = read(data, "glb")
+            lights, _ = simplify_scene(scene, Options())
+            write_scene(scene, lights, io.BytesIO(), "glb", Options())
+        finally:
+            sys.setprofile(None)
+        return told
+
+    assert calls(120) < 2.5 * calls(60)
 
 
 def test_every_truncation_is_refused() -> None:

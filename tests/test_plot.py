@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ pytest.importorskip("matplotlib", reason="the extra 'plots' is not installed")
 
 import matplotlib
 from PIL import Image
+from shapes import fine_box, obj_text, write
 
+from bldsimp.cli import main
 from bldsimp.compare.plot import LINES, OTHERS, chart, check_plot, write_plot
 from bldsimp.compare.row import Comparison, Row
 from bldsimp.compare.surface import Surface
@@ -78,9 +81,9 @@ def test_axes_have_units_and_places_their_names() -> None:
 def test_what_is_not_drawn_is_named_with_its_reason() -> None:
     text = words(write_plot([house(), house("b.obj")], ".svg"))
     assert "another peer" not in text
-    told = "not drawn: another peer, house.obj at auto, 0.1%, 0.02; b.obj at auto, 0.1%, 0.02 (not reached)"
+    told = "not drawn: another peer; house.obj at auto, 0.1%, 0.02; b.obj at auto, 0.1%, 0.02: not reached"
     assert told in text
-    assert "not drawn: fast-simplification, house.obj at 0.02; b.obj at 0.02 (not reached)" in text
+    assert "not drawn: fast-simplification; house.obj at 0.02; b.obj at 0.02: not reached" in text
     assert "not drawn: fast-simplification same points (as many points as improved, by its definition)" in text
 
 
@@ -92,7 +95,7 @@ def test_what_the_points_of_a_method_share_is_told_once() -> None:
     comparison.rows[1].note = "stopped (3 facets)"
     text = words(write_plot([comparison], ".svg"))
     assert "same deviation as improved: some peer" in text
-    told = "not drawn: another peer, house.obj at auto, 0.1%, 0.02 (same deviation as improved)"
+    told = "not drawn: another peer; house.obj at auto, 0.1%, 0.02: same deviation as improved"
     assert told in " ".join(text)
     assert not any("stopped" in each for each in text)
 
@@ -175,3 +178,20 @@ def test_without_matplotlib_one_line_tells_how_to_get_it(monkeypatch: pytest.Mon
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(UsageError, match=r"pip install 'bldsimp\[plots\]'"):
         write_plot([house()], ".svg")
+
+
+def test_the_command_draws_what_it_compared(tmp_path: Path) -> None:
+    model = write(tmp_path / "house.obj", obj_text(*fine_box()))
+    chart_file = tmp_path / "points.svg"
+    command = ["compare", str(model), "--tolerances", "auto,1%", "--plot", str(chart_file), "-q"]
+    assert main(command) == 0
+    text = words(chart_file.read_bytes())
+    assert {"house.obj", "auto", "improved", "8"} <= set(text)
+    assert main(command) == 2
+    assert main([*command, "--overwrite"]) == 0
+
+
+def test_the_command_refuses_other_files_before_it_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", str(tmp_path / "not there.obj"), "--plot", str(tmp_path / "a.pdf")]) == 2
+    assert "a chart cannot be written as '.pdf'" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

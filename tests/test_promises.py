@@ -325,3 +325,22 @@ def test_noise_under_the_tolerance_goes_and_above_it_stays(name: str, size: floa
     assert len(rough.after.points) < len(rough.before.points) / 2 + CORNERS[name]
     assert len(fine.after.points) > 0.9 * len(fine.before.points)
     assert broken(rough) == broken(fine) == []
+
+
+def rough_ground(count: int, height: float, seed: int) -> solids.Shape:
+    """A grid of `count` squared points, one apart, each at a random height up to `height` either way."""
+    x, y = np.meshgrid(np.arange(count), np.arange(count), indexing="ij")
+    heights = np.random.default_rng(seed).uniform(-height, height, count**2)
+    rows = np.arange(count**2).reshape(count, count)
+    a, b, c, d = (part.reshape(-1) for part in (rows[:-1, :-1], rows[1:, :-1], rows[1:, 1:], rows[:-1, 1:]))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return solids.shape(np.c_[x.reshape(-1), y.reshape(-1), heights], faces)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_another_cut_of_a_rough_surface_is_not_worth_a_few_points(seed: int) -> None:
+    once = simplified(rough_ground(16, 1e-3, seed), 1e-3)
+    twice = simplified(once.result, 1e-3)
+    assert len(once.after.points) < 0.9 * 256
+    assert len(twice.after.points) >= 0.99 * len(once.after.points)
+    assert twice.report.reasons["little_gain"] > 0

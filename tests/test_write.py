@@ -146,12 +146,6 @@ class TestCounts:
         assert written.after is not None
         assert (written.after.points, written.after.watertight) == (12, False)
 
-    def test_doubles_stay_double_where_single_would_join_them(self, tmp_path: Path) -> None:
-        # Six decimals are taken as rounded to a millionth, and singles near eight are half that apart.
-        points, faces = two_boxes(8.000001, gap=0.0000005)
-        light(write(tmp_path / "in.obj", obj_text(points, faces)), tmp_path / "out.ply")
-        assert len(np.unique(world_points(tmp_path / "out.ply"), axis=0)) == 16
-
 
 class TestText:
     def test_shortest_digits_that_read_back_exactly(self, tmp_path: Path) -> None:

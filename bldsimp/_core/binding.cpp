@@ -90,6 +90,7 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(welded, "faces", &Welded::faces);
   def_view<Index>(welded, "rows", &Welded::rows);
   def_view<Index>(welded, "source", &Welded::source);
+  def_view<Index>(welded, "class_of_row", &Welded::class_of_row);
   welded.def_ro("degenerate", &Welded::degenerate)
       .def_ro("duplicate", &Welded::duplicate)
       .def_ro("moved", &Welded::moved);
@@ -116,6 +117,17 @@ void bind_mesh(nb::module_& m) {
       },
       "faces"_a, "point_count"_a);
   m.def(
+      "find_components",
+      [](Faces3 faces, Index point_count) {
+        std::vector<Index> component;
+        {
+          nb::gil_scoped_release release;
+          component = find_components(rows<Face>(faces), point_count);
+        }
+        return give<Index>(std::move(component));
+      },
+      "faces"_a, "point_count"_a);
+  m.def(
       "pair_halfedges",
       [](Points3 points, Faces3 faces, Indices row_of_corner, double width) {
         nb::gil_scoped_release release;
@@ -138,11 +150,12 @@ void bind_mesh(nb::module_& m) {
   nb::class_<Facets> facets(m, "Facets");
   def_view<Index>(facets, "facet_of_face", &Facets::facet_of_face);
   def_view<double>(facets, "planes", &Facets::planes);
+  def_view<std::uint8_t>(facets, "curved", &Facets::curved);
   facets.def(
       "__init__",
-      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 6>> planes) {
+      [](Facets* self, Indices facet_of_face, In<double, nb::shape<-1, 5>> planes) {
         const auto all = rows<Plane>(planes);
-        new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}};
+        new (self) Facets{{facet_of_face.data(), facet_of_face.data() + facet_of_face.shape(0)}, {all.begin(), all.end()}, {}};
       },
       "facet_of_face"_a, "planes"_a);
   m.def(
@@ -230,6 +243,7 @@ void bind_mesh(nb::module_& m) {
   nb::class_<PieceEdges> edges(m, "PieceEdges");
   def_view<Index>(edges, "edges", &PieceEdges::edges);
   def_view<Index>(edges, "clashing", &PieceEdges::clashing);
+  def_view<Index>(edges, "healed_pieces", &PieceEdges::healed_pieces);
   edges.def_ro("healed", &PieceEdges::healed);
   m.def(
       "merge_pieces",
@@ -243,20 +257,21 @@ void bind_mesh(nb::module_& m) {
   def_view<Index>(patches, "triangles", &Patches::triangles);
   def_view<Index>(patches, "facet_of_triangle", &Patches::facet_of_triangle);
   def_view<std::uint8_t>(patches, "outcomes", &Patches::outcomes);
+  def_view<double>(patches, "reach", &Patches::reach);
   def_view<Index>(patches, "put_back", &Patches::put_back);
   def_view<Index>(patches, "trouble", &Patches::trouble);
   patches.def_prop_ro("statistics", [](const Patches& p) { return row_of(p.statistics); });
   m.def(
       "retriangulate",
       [](Points3 points, Faces3 faces, Indices face_start, Indices face_order, const Facets& f, const Outlines& o,
-         const std::vector<Piece>& all, Bytes kept, Indices wanted, Bytes keep) {
+         const std::vector<Piece>& all, Bytes kept, Doubles reach, Indices wanted, Bytes keep) {
         nb::gil_scoped_release release;
         const FacetParts parts{rows<Vec3>(points), rows<Face>(faces), flat(face_start), flat(face_order),
-                               f.planes, o, all, flat(kept)};
+                               f.planes, o, all, flat(kept), flat(reach)};
         return retriangulate(parts, flat(wanted), flat(keep));
       },
       "points"_a, "faces"_a, "face_start"_a, "face_order"_a, "facets"_a, "outlines"_a, "pieces"_a, "kept"_a,
-      "wanted"_a, "keep"_a);
+      "reach"_a, "wanted"_a, "keep"_a);
 
   nb::class_<Conformed> conformed(m, "Conformed");
   def_view<double>(conformed, "made", &Conformed::made);

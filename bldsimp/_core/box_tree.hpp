@@ -20,19 +20,19 @@ struct Box {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  double distance(Vec3 p) const {
+  double squared_distance(Vec3 p) const {
     const Vec3 out{std::max({low.x - p.x, 0.0, p.x - high.x}), std::max({low.y - p.y, 0.0, p.y - high.y}),
                    std::max({low.z - p.z, 0.0, p.z - high.z})};
-    return length(out);
+    return dot(out, out);
   }
 };
 
-// A node is a run of faces, halved at its middle. Built in O(n log n).
+// A node is a run of faces, halved at its middle. Built in O(n log n); points and faces are not needed after that.
 class BoxTree {
  public:
   BoxTree(std::span<const Vec3> points, std::span<const Face> faces, std::vector<Index> members)
-      : points_(points), faces_(faces), order_(std::move(members)) {
-    if (!order_.empty()) build(0, order_.size());
+      : order_(std::move(members)) {
+    if (!order_.empty()) build(points, faces, 0, order_.size());
   }
 
   // Calls leaf(face) for the faces of all leaves that enter(box) lets in, those near p first: `enter` may grow
@@ -45,16 +45,15 @@ class BoxTree {
  private:
   static constexpr std::size_t few = 4;
 
-  Vec3 middle(Index face) const {
-    const auto [a, b, c] = faces_[face];
-    return points_[a] + points_[b] + points_[c];
-  }
-
-  std::size_t build(std::size_t begin, std::size_t end) {
+  std::size_t build(std::span<const Vec3> points, std::span<const Face> faces, std::size_t begin, std::size_t end) {
+    const auto middle = [&](Index face) {
+      const auto [a, b, c] = faces[face];
+      return points[a] + points[b] + points[c];
+    };
     const std::size_t node = boxes_.size();
     Box box, middles;
     for (std::size_t i = begin; i < end; ++i) {
-      for (const Index corner : faces_[order_[i]]) box.add(points_[corner]);
+      for (const Index corner : faces[order_[i]]) box.add(points[corner]);
       middles.add(middle(order_[i]));
     }
     boxes_.push_back(box);
@@ -68,8 +67,8 @@ class BoxTree {
     const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
     std::nth_element(at(begin), at(half), at(end),
                      [&](Index f, Index g) { return middle(f).*axis < middle(g).*axis; });
-    build(begin, half);
-    second_[node] = build(half, end);
+    build(points, faces, begin, half);
+    second_[node] = build(points, faces, half, end);
     return node;
   }
 
@@ -81,14 +80,12 @@ class BoxTree {
       return;
     }
     const std::size_t half = begin + (end - begin) / 2, first = node + 1, second = second_[node];
-    const bool in_order = boxes_[first].distance(p) <= boxes_[second].distance(p);
+    const bool in_order = boxes_[first].squared_distance(p) <= boxes_[second].squared_distance(p);
     if (!in_order) visit(p, second, half, end, enter, leaf);
     visit(p, first, begin, half, enter, leaf);
     if (in_order) visit(p, second, half, end, enter, leaf);
   }
 
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
   std::vector<Index> order_;
   std::vector<Box> boxes_;
   std::vector<std::size_t> second_;  // the second child; the first follows its parent

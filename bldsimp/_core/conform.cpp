@@ -12,20 +12,20 @@
 namespace bldsimp {
 namespace {
 
-using Edge = std::array<Index, 2>;  // lower end first
+using Edge = std::array<Index, 2>;
+
+Edge sorted(Index a, Index b) { return a < b ? Edge{a, b} : Edge{b, a}; }
 
 // The straight pieces between facets, each once, and the points at which it was cut.
 class CutEdges {
  public:
   CutEdges(std::span<const Vec3> points, std::span<const Piece> pieces)
       : points_(points.begin(), points.end()), acute_(points.size(), 0) {
-    for (const Piece& piece : pieces) edges_.push_back(ends_of(piece));
+    for (const Piece& piece : pieces) edges_.push_back(sorted(piece.from, piece.to));
     std::sort(edges_.begin(), edges_.end());
     edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
     cuts_.resize(edges_.size());
   }
-
-  static Edge ends_of(const Piece& piece) { return {std::min(piece.from, piece.to), std::max(piece.from, piece.to)}; }
 
   std::size_t size() const { return edges_.size(); }
   const Edge& ends(Index edge) const { return edges_[edge]; }
@@ -35,7 +35,7 @@ class CutEdges {
 
   // -1 where no piece runs between a and b.
   Index find(Index a, Index b) const {
-    const Edge wanted{std::min(a, b), std::max(a, b)};
+    const Edge wanted = sorted(a, b);
     const auto at = std::lower_bound(edges_.begin(), edges_.end(), wanted);
     return at != edges_.end() && *at == wanted ? static_cast<Index>(at - edges_.begin()) : -1;
   }
@@ -59,6 +59,17 @@ class CutEdges {
     return true;
   }
 
+  // What the edges were cut into, lower end first, sorted.
+  std::vector<Edge> parts() const {
+    std::vector<Edge> all;
+    for (Index edge = 0; edge < std::ssize(edges_); ++edge)
+      for (Index k = 0; k <= std::ssize(cuts_[edge]); ++k) {
+        all.push_back(sorted(end(edge, k), end(edge, k + 1)));
+      }
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+
  private:
   static Vec3 point_between(Vec3 a, Vec3 b, bool acute_a, bool acute_b) {
     const double run = length(b - a);
@@ -76,7 +87,7 @@ class CutEdges {
 
   std::vector<Vec3> points_;
   std::vector<std::uint8_t> acute_;  // per given point
-  std::vector<Edge> edges_;
+  std::vector<Edge> edges_;  // sorted
   std::vector<std::vector<Index>> cuts_;
 };
 
@@ -127,13 +138,6 @@ class Subdivision {
   const CutEdges& edges_;
   std::vector<Index> side_;
 };
-
-std::vector<Edge> rim_of(std::span<const Face> triangles) {
-  std::vector<std::array<Index, 2>> edges;
-  for (const Face& t : triangles)
-    for (int i = 0; i < 3; ++i) edges.push_back({t[i], t[(i + 1) % 3]});
-  return unopposed(std::move(edges));
-}
 
 class Conformer {
  public:
@@ -349,6 +353,7 @@ class Conformer {
 
   // Facets whose triangles do not fit take those of the ladder.
   void settle() {
+    parts_of_edges_ = edges_.parts();
     for (Index facet = 0; facet < count(); ++facet) {
       const auto given = given_of(facet);
       if (how_[facet] == Conformity::delaunay && rim_of(patch_[facet]) != rim_of(given))
@@ -357,6 +362,22 @@ class Conformer {
     }
     while (resolve_clashes()) {
     }
+  }
+
+  // Directed edges along parts of pieces, as often as the triangles use them, and others that have nothing
+  // to run against; sorted. What is opposed need not be inside: a facet may be on both sides of a piece.
+  std::vector<Edge> rim_of(std::span<const Face> triangles) const {
+    std::vector<Edge> along, inside;
+    for (const Face& t : triangles)
+      for (int i = 0; i < 3; ++i) {
+        const Edge edge{t[i], t[(i + 1) % 3]};
+        const bool is_part = std::binary_search(parts_of_edges_.begin(), parts_of_edges_.end(), sorted(edge[0], edge[1]));
+        (is_part ? along : inside).push_back(edge);
+      }
+    inside = unopposed(std::move(inside));
+    along.insert(along.end(), inside.begin(), inside.end());
+    std::sort(along.begin(), along.end());
+    return along;
   }
 
   void take_given(Index facet) { patch_[facet].assign(given_of(facet).begin(), given_of(facet).end()); }
@@ -394,10 +415,7 @@ class Conformer {
 
   static void add_edges(std::span<const Face> triangles, Index facet, std::vector<std::pair<Edge, Index>>& edges) {
     for (const Face& t : triangles)
-      for (int i = 0; i < 3; ++i) {
-        const Index a = t[i], b = t[(i + 1) % 3];
-        edges.push_back({{std::min(a, b), std::max(a, b)}, facet});
-      }
+      for (int i = 0; i < 3; ++i) edges.push_back({sorted(t[i], t[(i + 1) % 3]), facet});
   }
 
   Conformed result() {
@@ -424,6 +442,7 @@ class Conformer {
   std::vector<Face> given_;
   std::vector<Index> given_start_;
   std::vector<Wanted> wanted_;
+  std::vector<Edge> parts_of_edges_;
   Statistics statistics_;
 
   Triangulator triangulator_, checker_;

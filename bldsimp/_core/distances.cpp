@@ -11,14 +11,15 @@
 namespace bldsimp {
 namespace {
 
-constexpr std::size_t kLeaf = 4;
-
 // Neighbours among the queries are near each other, so the last one's face is a good first guess. It is
 // forgotten after this many, wherever the threads part them: else the last bits could depend on that.
 constexpr std::size_t kBlock = 512;
 constexpr std::size_t kLeastBlocks = 4;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
+
+// Halves of one triangle: far more than any but a made-up case needs. What is left then counts as it is.
+constexpr int kMostHalves = 10000;
 
 double square(double value) { return value * value; }
 
@@ -28,13 +29,20 @@ double squared_segment_distance(double x, double y, double u, double v) {
   return square(x - t * u) + square(y - t * v);
 }
 
-}  // namespace
-
-double FaceTree::Box::squared_distance(Vec3 p) const {
-  const Vec3 out{std::max({low.x - p.x, 0.0, p.x - high.x}), std::max({low.y - p.y, 0.0, p.y - high.y}),
-                 std::max({low.z - p.z, 0.0, p.z - high.z})};
-  return dot(out, out);
+// Along an edge between two faces no part of a triangle that lies over both is nearer to one than its height.
+double height(const std::array<Vec3, 3>& triangle) {
+  const auto& [a, b, c] = triangle;
+  const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+  return longest > 0 ? length(cross(b - a, c - a)) / longest : 0;
 }
+
+std::vector<Index> all(std::size_t count) {
+  std::vector<Index> members(count);
+  std::iota(members.begin(), members.end(), 0);
+  return members;
+}
+
+}  // namespace
 
 // Directions are unit vectors made square to each other, so that the triangle in its frame is the one
 // stored but for a few roundings, however thin it is.
@@ -71,75 +79,52 @@ double FaceTree::Triangle::squared_distance(Vec3 p) const {
   return across + within;
 }
 
-FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces) {
-  if (faces.empty()) return;
-  std::vector<std::size_t> order(faces.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::vector<Vec3> middles;
-  middles.reserve(faces.size());
-  for (const auto& [a, b, c] : faces) middles.push_back(points[a] + points[b] + points[c]);
-  build(points, faces, middles, order);
+FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces)
+    : tree_(points, faces, all(faces.size())) {
   triangles_.reserve(faces.size());
-  for (const std::size_t face : order) {
-    const auto [a, b, c] = faces[face];
-    triangles_.push_back(framed(points[a], points[b], points[c]));
-  }
+  for (const auto& [a, b, c] : faces) triangles_.push_back(framed(points[a], points[b], points[c]));
 }
 
-std::size_t FaceTree::build(std::span<const Vec3> points, std::span<const Face> faces,
-                            std::span<const Vec3> middles, std::span<std::size_t> order) {
-  const std::size_t node = boxes_.size();
-  Box box{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}}, spread = box;
-  const auto add = [](Box& to, Vec3 p) {
-    to.low = {std::min(to.low.x, p.x), std::min(to.low.y, p.y), std::min(to.low.z, p.z)};
-    to.high = {std::max(to.high.x, p.x), std::max(to.high.y, p.y), std::max(to.high.z, p.z)};
-  };
-  for (const std::size_t face : order) {
-    for (const Index corner : faces[face]) add(box, points[corner]);
-    add(spread, middles[face]);
-  }
-  boxes_.push_back(box);
-  second_.push_back(0);
-  if (order.size() <= kLeaf) return node;
-  const Vec3 size = spread.high - spread.low;
-  double Vec3::*axis = &Vec3::x;
-  if (size.y > size.*axis) axis = &Vec3::y;
-  if (size.z > size.*axis) axis = &Vec3::z;
-  const std::size_t half = order.size() / 2;
-  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
-                   [&](std::size_t f, std::size_t g) { return middles[f].*axis < middles[g].*axis; });
-  build(points, faces, middles, order.first(half));
-  second_[node] = build(points, faces, middles, order.subspan(half));
-  return node;
+double FaceTree::to_face(Vec3 query, Index face) const { return std::sqrt(triangles_[face].squared_distance(query)); }
+
+double FaceTree::distance(Vec3 query, Index& nearest) const {
+  double best = triangles_[nearest].squared_distance(query);
+  tree_.visit(
+      query, [&](const Box& box) { return box.squared_distance(query) < best; },
+      [&](Index face) {
+        if (const double d = triangles_[face].squared_distance(query); d < best) {
+          best = d;
+          nearest = face;
+        }
+      });
+  return std::sqrt(best);
 }
 
-double FaceTree::distance(Vec3 query, std::size_t& nearest) const {
-  Search search{query, triangles_[nearest].squared_distance(query), nearest};
-  descend(search, 0, 0, triangles_.size());
-  nearest = search.nearest;
-  return std::sqrt(search.best);
-}
-
-void FaceTree::descend(Search& search, std::size_t node, std::size_t begin, std::size_t end) const {
-  if (end - begin <= kLeaf) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const double d = triangles_[i].squared_distance(search.query);
-      if (d < search.best) {
-        search.best = d;
-        search.nearest = i;
-      }
+// The distance to one face is greatest at a corner; a triangle whose corners do not tell enough is halved.
+double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const {
+  if (triangles_.empty()) return kFar;
+  enough = std::max(enough, height(triangle));
+  Index nearest = 0;
+  int halves = 0;
+  double bound = 0, least = 0;  // of the greatest distance
+  std::vector<std::array<Vec3, 3>> left{triangle};
+  while (!left.empty()) {
+    const auto now = left.back();
+    const auto& [a, b, c] = now;
+    left.pop_back();
+    least = std::max(least, distance((1.0 / 3) * (a + b + c), nearest));
+    const double most = std::max({to_face(a, nearest), to_face(b, nearest), to_face(c, nearest)});
+    if (most <= std::max(enough, least + precision) || ++halves > kMostHalves) {
+      bound = std::max(bound, most);
+      continue;
     }
-    return;
+    const std::array<double, 3> sides{length(b - a), length(c - b), length(a - c)};
+    const std::size_t i = std::max_element(sides.begin(), sides.end()) - sides.begin();
+    const Vec3 p = now[i], q = now[(i + 1) % 3], r = now[(i + 2) % 3], half = 0.5 * (p + q);
+    left.push_back({p, half, r});
+    left.push_back({half, q, r});
   }
-  const std::size_t half = begin + (end - begin) / 2, first = node + 1, second = second_[node];
-  const double to_first = boxes_[first].squared_distance(search.query);
-  const double to_second = boxes_[second].squared_distance(search.query);
-  const auto into_first = [&] {
-    if (to_first < search.best) descend(search, first, begin, half);
-  };
-  if (to_first <= to_second) into_first();
-  if (to_second < search.best) descend(search, second, half, end);
-  if (to_first > to_second) into_first();
+  return bound;
 }
 
 std::vector<double> FaceTree::distances(std::span<const Vec3> queries) const {
@@ -149,7 +134,7 @@ std::vector<double> FaceTree::distances(std::span<const Vec3> queries) const {
       (queries.size() + kBlock - 1) / kBlock,
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t block = begin; block < end; ++block) {
-          std::size_t nearest = 0;
+          Index nearest = 0;
           const std::size_t last = std::min((block + 1) * kBlock, queries.size());
           for (std::size_t i = block * kBlock; i < last; ++i) found[i] = distance(queries[i], nearest);
         }
@@ -166,7 +151,7 @@ double FaceTree::farthest(std::span<const Vec3> queries, double limit) const {
       greatest.size(),
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t block = begin; block < end; ++block) {
-          std::size_t nearest = 0;
+          Index nearest = 0;
           const std::size_t last = std::min((block + 1) * kBlock, queries.size());
           for (std::size_t i = block * kBlock; i < last && !beyond; ++i) {
             greatest[block] = std::max(greatest[block], distance(queries[i], nearest));

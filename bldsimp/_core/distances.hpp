@@ -1,9 +1,11 @@
 // How far points lie from a surface of faces: the measure behind every comparison.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
+#include "box_tree.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
@@ -24,11 +26,17 @@ class FaceTree {
   // greater than that, which may depend on the number of cores.
   double farthest(std::span<const Vec3> queries, double limit) const;
 
+  // Of the face that comes nearest, whose index is `nearest`; what it holds before is a first guess.
+  double distance(Vec3 query, Index& nearest) const;
+
+  double to_face(Vec3 query, Index face) const;
+
+  // How far any point of a triangle is from the faces at most. It is never too small, and exact but for
+  // `precision`, or for `enough` or the height of the triangle where it is less than those. O(log m) for each
+  // place where the triangle leaves one face for another.
+  double reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const;
+
  private:
-  struct Box {
-    Vec3 low, high;
-    double squared_distance(Vec3 p) const;
-  };
   // A triangle in a frame of its own: its longest side runs from `origin` along `x`, the corner opposite
   // lies at (foot, height), and both angles at the longest side are acute.
   struct Triangle {
@@ -36,21 +44,11 @@ class FaceTree {
     double length, foot, height;
     double squared_distance(Vec3 p) const;
   };
-  struct Search {
-    Vec3 query;
-    double best;
-    std::size_t nearest;
-  };
 
   static Triangle framed(Vec3 a, Vec3 b, Vec3 c);
-  std::size_t build(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Vec3> middles,
-                    std::span<std::size_t> order);
-  double distance(Vec3 query, std::size_t& nearest) const;
-  void descend(Search& search, std::size_t node, std::size_t begin, std::size_t end) const;
 
-  std::vector<Triangle> triangles_;  // a node is a run of them, halved at its middle
-  std::vector<Box> boxes_;
-  std::vector<std::size_t> second_;  // the second child; the first follows its parent
+  BoxTree tree_;
+  std::vector<Triangle> triangles_;
 };
 
 }  // namespace bldsimp

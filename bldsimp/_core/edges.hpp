@@ -53,4 +53,22 @@ class EdgeBuckets {
   std::vector<Index> end_, bucketed_;
 };
 
+// Sets of faces, joined; the root is the least face, so that the result knows no order.
+class FaceSets {
+ public:
+  explicit FaceSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  Index find(Index f) {
+    while (parent_[f] != f) f = parent_[f] = parent_[parent_[f]];
+    return f;
+  }
+  void join(Index f, Index g) {
+    f = find(f);
+    g = find(g);
+    parent_[std::max(f, g)] = std::min(f, g);
+  }
+
+ private:
+  std::vector<Index> parent_;
+};
+
 }  // namespace bldsimp

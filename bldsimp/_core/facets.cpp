@@ -15,24 +15,6 @@
 namespace bldsimp {
 namespace {
 
-// Sets of faces, joined; the root is the least face, so that the result knows no order.
-class FaceSets {
- public:
-  explicit FaceSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-  Index find(Index f) {
-    while (parent_[f] != f) f = parent_[f] = parent_[parent_[f]];
-    return f;
-  }
-  void join(Index f, Index g) {
-    f = find(f);
-    g = find(g);
-    parent_[std::max(f, g)] = std::min(f, g);
-  }
-
- private:
-  std::vector<Index> parent_;
-};
-
 // The slab between two parallel planes that holds some points.
 struct Slab {
   Vec3 normal{0, 0, 0};
@@ -123,7 +105,8 @@ class FacetFinder {
     return fold;
   }
 
-  // The greatest fold of the faces that are turned over in a plane: what they cover, others may not.
+  // The greatest fold of the faces that are turned over in a plane: what they cover, others may not. A guess that
+  // keeps what folds too far out of a facet; how far it does is measured on the result.
   double greatest_fold(std::span<const Index> set, Vec3 normal) const {
     if (normal == Vec3{0, 0, 0}) return 0;
     double fold = 0;
@@ -213,6 +196,7 @@ class FacetFinder {
         add_facet(set_of(roots[i]), slabs[i]);
       else
         grow_within(set_of(roots[i]));
+      curved_.resize(planes_.size(), !accepted[i]);
     }
   }
 
@@ -274,7 +258,7 @@ class FacetFinder {
 
   void add_facet(std::span<const Index> set, const Slab& slab) {
     for (const Index f : set) facet_of_face_[f] = static_cast<Index>(planes_.size());
-    planes_.push_back({slab.normal, slab.low, slab.high, greatest_fold(set, slab.normal)});
+    planes_.push_back({slab.normal, slab.low, slab.high});
   }
 
   // Grows facets inside a candidate that is not flat as a whole (a drifting or stepped surface), from
@@ -348,7 +332,7 @@ class FacetFinder {
       members[b].clear();
       for (const Index f : members[a]) facet_of_face_[f] = first + a;
       const Slab slab = fit(members[a]);
-      planes_[first + a] = {slab.normal, slab.low, slab.high, greatest_fold(members[a], slab.normal)};
+      planes_[first + a] = {slab.normal, slab.low, slab.high};
       beside[a].insert(beside[a].end(), beside[b].begin(), beside[b].end());
       for (const Index c : beside[b]) beside[c].push_back(a);
       tidy(a);
@@ -380,7 +364,7 @@ class FacetFinder {
       // A better plane may reach farther: sweep the region again until it stays as it is.
       if (fitted != region_.size()) refit(slab);
     }
-    planes_.push_back({slab.normal, slab.low, slab.high, greatest_fold(region_, slab.normal)});
+    planes_.push_back({slab.normal, slab.low, slab.high});
   }
 
   bool may_join(const Slab& slab, Index h, Index t) const {
@@ -413,6 +397,7 @@ class FacetFinder {
       if (n < 0) {
         n = static_cast<Index>(facets.planes.size());
         facets.planes.push_back(planes_[facet_of_face_[f]]);
+        facets.curved.push_back(curved_[facet_of_face_[f]]);
       }
       facets.facet_of_face[f] = n;
     }
@@ -432,6 +417,7 @@ class FacetFinder {
   std::vector<Index> candidate_;  // per face the least face of its candidate
   std::vector<Index> facet_of_face_;
   std::vector<Plane> planes_;
+  std::vector<std::uint8_t> curved_;  // per plane
   std::vector<Index> region_;
 };
 

@@ -12,18 +12,18 @@ struct Plane {
   Vec3 normal;  // unit length, on the side that the faces face; zero where the facet has no area
   double low;   // least and greatest normal . point over ALL points of the facet, about the origin
   double high;
-  double fold;  // how far a needle that is turned over in the plane may reach out of the other faces
 };
 
 struct Facets {
   std::vector<Index> facet_of_face;
   std::vector<Plane> planes;
+  std::vector<std::uint8_t> curved;  // per facet as found: cut out of a surface that is not flat as a whole
 };
 
 struct FacetLimits {
   double width;   // greatest allowed high - low; 0 asks for exact coplanarity
   double needle;  // a face whose height is at most this has no plane of its own
-  double fold;    // greatest allowed Plane::fold
+  double fold;    // how far a needle that is turned over in the plane may seem to reach out of the other faces
 };
 
 // Faces with different labels never share a facet; a face with a negative label is a facet by itself.

@@ -129,4 +129,14 @@ std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count)
   return counts;
 }
 
+std::vector<Index> find_components(std::span<const Face> faces, Index point_count) {
+  FaceSets sets(faces.size());
+  EdgeBuckets(faces, point_count).visit(0, point_count, [&](std::span<const Index> edge) {
+    for (const Index h : edge) sets.join(edge[0] / 3, h / 3);
+  });
+  std::vector<Index> component(faces.size());
+  for (Index f = 0; f < static_cast<Index>(faces.size()); ++f) component[f] = sets.find(f);
+  return component;
+}
+
 }  // namespace bldsimp

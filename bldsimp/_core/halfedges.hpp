@@ -36,4 +36,7 @@ Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> fac
 // Edges of one face, and edges of more than two. O(faces).
 std::array<Index, 2> count_edges(std::span<const Face> faces, Index point_count);
 
+// The component of each face: its least face. Faces hang together by edges. Nearly linear.
+std::vector<Index> find_components(std::span<const Face> faces, Index point_count);
+
 }  // namespace bldsimp

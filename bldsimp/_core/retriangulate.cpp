@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cdt.hpp"
+#include "distances.hpp"
 #include "projection.hpp"
 #include "runs.hpp"
 
@@ -18,9 +19,11 @@ class Retriangulator {
     if (keep || nothing_dropped(facet)) {
       for (const Index f : faces_of(facet)) emit(facet, parts_.faces[f], patches);
       patches.outcomes.push_back(Outcome::unchanged);
+      patches.reach.push_back(0);
       return;
     }
     collect_segments(facet);
+    patches.reach.push_back(0);
     patches.outcomes.push_back(triangulate(facet, patches));
     for (const Index p : point_of_local_) local_of_point_[p] = -1;
   }
@@ -78,7 +81,8 @@ class Retriangulator {
   }
 
   Outcome triangulate(Index facet, Patches& patches) {
-    if (has_vanished()) return euler_agrees(facet, 0) ? Outcome::done : Outcome::mismatch;
+    if (has_vanished())
+      return euler_agrees(facet, 0) && needles_stay_close(facet, {}, patches) ? Outcome::done : Outcome::mismatch;
     const Plane& plane = parts_.planes[front_of(parts_.outlines, facet)];
     if (plane.normal == Vec3{0, 0, 0} || segments_.empty()) return Outcome::mismatch;
     const Index least = *std::min_element(point_of_local_.begin(), point_of_local_.end());
@@ -101,7 +105,8 @@ class Retriangulator {
       return Outcome::crossing;
     }
     if (find_touching(facet, patches)) return Outcome::crossing;
-    if (!euler_agrees(facet, triangulator_.triangles().size()) || !area_agrees(facet, projection))
+    if (!euler_agrees(facet, triangulator_.triangles().size()) || !area_agrees(facet, projection) ||
+        !needles_stay_close(facet, triangulator_.triangles(), patches))
       return Outcome::mismatch;
     for (const auto& t : triangulator_.triangles())
       emit(facet, own_winding(facet, {point_of_local_[t[0]], point_of_local_[t[1]], point_of_local_[t[2]]}), patches);
@@ -114,8 +119,10 @@ class Retriangulator {
   }
 
   void note_trouble(Index facet, Index a, Index b, Patches& patches) const {
-    const auto [low, high] = std::minmax(point_of_local_[a], point_of_local_[b]);
-    patches.trouble.push_back({facet, low, high});
+    note_edge(facet, point_of_local_[a], point_of_local_[b], patches);
+  }
+  static void note_edge(Index facet, Index a, Index b, Patches& patches) {
+    patches.trouble.push_back({facet, std::min(a, b), std::max(a, b)});
   }
 
   // A piece that was split has a point of the outline on it: its neighbour would not know of it.
@@ -189,6 +196,51 @@ class Retriangulator {
     }
     const double rounding = 1e-12 * (absolute + extent * extent);
     return std::abs(after - before) <= moved + rounding;
+  }
+
+  // What the outline winds round, other faces cover; a needle that does not face as the facet does (any, in a facet
+  // without a plane) may cover more, and nothing else tells how far that is from the result. Measured in the
+  // plane, since the width has its own part in the bound.
+  bool needles_stay_close(Index facet, std::span<const Face> triangles, Patches& patches) {
+    const Vec3 normal = parts_.planes[facet].normal;
+    const std::vector<Index> folded = folded_needles(facet, normal);
+    if (folded.empty()) return true;
+    const Vec3 origin = parts_.points[parts_.faces[folded[0]][0]];
+    const auto in_plane = [&](Index p) {
+      const Vec3 d = parts_.points[p] - origin;
+      return d - dot(normal, d) * normal;
+    };
+    std::vector<Vec3> points;
+    for (const Index p : point_of_local_) points.push_back(in_plane(p));
+    std::vector<Face> covered(triangles.begin(), triangles.end());
+    for (const auto& [a, b] : segments_) covered.push_back({a, b, b});
+    double extent = 0, enough = 0;
+    for (const Index p : point_of_local_) extent = std::max(extent, length(parts_.points[p]));
+    for (const Index i : piece_of_segment_) enough = std::max(enough, parts_.pieces[i].deviation);
+    const double limit = parts_.reach[facet], rounding = 4 * std::numeric_limits<double>::epsilon() * extent;
+    const FaceTree tree(points, covered);
+    bool close = true;
+    for (const Index f : folded) {
+      const Face& face = parts_.faces[f];
+      const std::array needle{in_plane(face[0]), in_plane(face[1]), in_plane(face[2])};
+      const double reach = tree.reach(needle, enough, std::max(1e-3 * limit, rounding));
+      if (reach <= rounding) continue;
+      patches.reach.back() = std::max(patches.reach.back(), reach);
+      if (reach <= limit) continue;
+      close = false;
+      for (int k = 0; k < 3; ++k) note_edge(facet, face[k], face[(k + 1) % 3], patches);
+    }
+    return close;
+  }
+
+  std::vector<Index> folded_needles(Index facet, Vec3 normal) const {
+    std::vector<Index> folded;
+    for (const Index f : faces_of(facet)) {
+      const auto& [a, b, c] = parts_.faces[f];
+      const Vec3 area_vector = cross(parts_.points[b] - parts_.points[a], parts_.points[c] - parts_.points[a]);
+      if (dot(area_vector, normal) <= 0) folded.push_back(f);
+    }
+    return folded;
   }
 
   const FacetParts& parts_;

@@ -16,7 +16,7 @@ enum class Outcome : std::uint8_t {
   done,
   unchanged,  // no point of it was dropped: its own triangles stay
   crossing,   // pieces of its outline cross or touch
-  mismatch,   // the triangles do not cover what its faces covered
+  mismatch,   // the triangles do not cover what its faces covered, or its folded needles reach too far out of them
 };
 
 // An edge at which a facet does not fit.
@@ -29,6 +29,7 @@ struct Patches {
   std::vector<Face> triangles;
   std::vector<Index> facet_of_triangle;  // in the order in which the facets were asked for
   std::vector<Outcome> outcomes;         // one for each facet asked for
+  std::vector<double> reach;             // how far, in its plane, folded needles of each reach out of its triangles
   std::vector<std::array<Index, 2>> put_back;  // {facet, point}: what may resolve a crossing; sorted
   std::vector<Misfit> trouble;  // pieces that cross or touch, and points (low == high) that lie on one; sorted
   Statistics statistics;        // of all triangulations
@@ -44,6 +45,7 @@ struct FacetParts {
   const Outlines& outlines;
   std::span<const Piece> pieces;        // of all chains, in the order of the chains
   std::span<const std::uint8_t> kept;   // per point
+  std::span<const double> reach;        // per facet: greatest reach allowed
 };
 
 // Facets in `wanted` are projected along the axis of their normal's greatest component (which leaves

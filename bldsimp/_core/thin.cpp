@@ -237,6 +237,7 @@ PieceEdges merge_pieces(std::span<const Piece> pieces, const Outlines& outlines)
       const bool closed_slit = uses.size() == 2 && remaining.empty();
       if (joined || closed_slit) {
         ++result.healed;
+        result.healed_pieces.insert(result.healed_pieces.end(), same.begin(), same.end());
       } else {
         for (const Index i : same)
           if (pieces[i].farthest >= 0) result.clashing.push_back(pieces[i].farthest);

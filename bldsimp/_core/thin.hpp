@@ -31,9 +31,10 @@ std::vector<Piece> lay_pieces(std::span<const Vec3> points, const Outlines& outl
 struct PieceEdges {
   std::vector<std::array<Index, 2>> edges;  // lower end first, sorted
   std::vector<Index> use_start{0};
-  std::vector<Use> uses;        // forward: from the lower to the upper end; sorted
-  std::vector<Index> clashing;  // points to put back, sorted
-  Index healed = 0;             // edges that were laid on one another so
+  std::vector<Use> uses;             // forward: from the lower to the upper end; sorted
+  std::vector<Index> clashing;       // points to put back, sorted
+  std::vector<Index> healed_pieces;  // pieces that were laid on one another rightly
+  Index healed = 0;                  // edges that they make
 };
 
 // Pieces of different chains that share both ends are one edge. That is right only if, once opposite

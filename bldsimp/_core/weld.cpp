@@ -151,6 +151,19 @@ bool turn_least_first(Face& face, Face& rows, std::span<const Index> point_of_ro
   return true;
 }
 
+// Rows that copies of a face have for the same corner stand for one another: which of the copies stays must not
+// decide which faces share a row. Leads each row of `first` and `second` to the least row of its class.
+void unite(const Face& first, const Face& second, std::vector<Index>& class_of_row) {
+  const auto find = [&](Index row) {
+    while (class_of_row[row] != row) row = class_of_row[row] = class_of_row[class_of_row[row]];
+    return row;
+  };
+  for (int i = 0; i < 3; ++i) {
+    const auto [low, high] = std::minmax({find(first[i]), find(second[i])});
+    class_of_row[high] = low;
+  }
+}
+
 // Faces by their least point, then by the other two, then by the file: buckets are small, so that this is
 // nearly linear. Copies end up side by side; only the first stays.
 void sort_faces(std::span<const Face> input, Welded& welded) {
@@ -178,6 +191,7 @@ void sort_faces(std::span<const Face> input, Welded& welded) {
     for (std::size_t p = first; p < last; ++p) std::sort(entries.begin() + start(p), entries.begin() + end[p]);
   });
 
+  std::vector<Index> class_of_row;
   welded.faces.reserve(entries.size());
   welded.rows.reserve(entries.size());
   welded.source.reserve(entries.size());
@@ -186,6 +200,11 @@ void sort_faces(std::span<const Face> input, Welded& welded) {
     turn_least_first(face, rows, points);
     if (!welded.faces.empty() && welded.faces.back() == face) {
       // Of copies the one with the least rows stays, whatever the order of the faces.
+      if (class_of_row.empty()) {
+        class_of_row.resize(points.size());
+        std::iota(class_of_row.begin(), class_of_row.end(), 0);
+      }
+      unite(rows, welded.rows.back(), class_of_row);
       if (rows < welded.rows.back()) {
         welded.rows.back() = rows;
         welded.source.back() = entry.source;
@@ -196,6 +215,9 @@ void sort_faces(std::span<const Face> input, Welded& welded) {
     welded.rows.push_back(rows);
     welded.source.push_back(entry.source);
   }
+  // Roots come before what they lead to.
+  for (Index& row : class_of_row) row = class_of_row[row];
+  welded.class_of_row = std::move(class_of_row);
   welded.degenerate = static_cast<Index>(input.size() - entries.size());
   welded.duplicate = static_cast<Index>(entries.size() - welded.faces.size());
 }

@@ -15,6 +15,7 @@ struct Welded {
   std::vector<Face> faces;          // least point first, winding kept; in lexicographic order
   std::vector<Face> rows;           // the input rows of each face's corners
   std::vector<Index> source;        // input face of each face
+  std::vector<Index> class_of_row;  // where faces have copies: rows with equal numbers count as one; else empty
   Index degenerate = 0;             // faces dropped since they repeat a point
   Index duplicate = 0;              // faces dropped since they copy another with the same winding
   double moved = 0;                 // greatest distance between a row and its point

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
+from .comparison import SAME_POINTS
 from .row import Comparison, Row
 
 if TYPE_CHECKING:
@@ -33,9 +34,6 @@ PANEL = (4.6, 3.6)
 """Width and height of a panel, inches."""
 
 DOTS_PER_INCH = 200
-
-REDUNDANT = "fast-simplification same points"
-"""Has as many points as `improved` by its definition: a line of it would tell nothing."""
 
 
 @dataclass(frozen=True)
@@ -179,18 +177,17 @@ def lines_of(comparisons: Sequence[Comparison]) -> dict[str, Line]:
 
 
 def drawable(row: Row) -> bool:
-    """Whether a row has its place in the chart."""
-    return row.points is not None and row.points > 0 and row.method != REDUNDANT
+    """Whether a row has its place in the chart; as many points as `improved` would tell nothing."""
+    return row.points is not None and row.points > 0 and row.method != SAME_POINTS
 
 
 def remarks(comparisons: Sequence[Comparison]) -> list[str]:
     """What a reader must know: what lines mean, which points are lacking and why, what is not to scale."""
     lines = [f"{note}: {', '.join(methods)}" for note, methods in meanings(comparisons).items()]
-    for (method, note), files in lacking(comparisons).items():
-        places = "; ".join(f"{name} at {', '.join(written)}" for name, written in files.items())
-        lines.append(f"not drawn: {method}, {places}" + (f" ({note})" if note else ""))
-    if any(row.method == REDUNDANT for each in comparisons for row in each.rows):
-        lines.append(f"not drawn: {REDUNDANT} (as many points as improved, by its definition)")
+    for place, methods in lacking(comparisons).items():
+        lines.append(f"not drawn: {', '.join(methods)}; {place}")
+    if any(row.method == SAME_POINTS for each in comparisons for row in each.rows):
+        lines.append(f"not drawn: {SAME_POINTS} (as many points as improved, by its definition)")
     if any(value == 0.0 for each in comparisons for value in each.tolerances.values()):
         lines.append("0 has no place on a log scale: it stands a decade below the least other tolerance")
     return lines
@@ -209,15 +206,19 @@ def meanings(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
     return shared
 
 
-def lacking(comparisons: Sequence[Comparison]) -> dict[tuple[str, str], dict[str, list[str]]]:
-    """Methods and the notes that tell why they lack points; by file the tolerances where they do."""
+def lacking(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
+    """Where and why points are lacking, in words, and of which methods."""
     found: dict[tuple[str, str], dict[str, list[str]]] = {}
     for each in comparisons:
         for row in each.rows:
-            if each.original is not None and not drawable(row) and row.method != REDUNDANT:
+            if each.original is not None and not drawable(row) and row.method != SAME_POINTS:
                 files = found.setdefault((row.method, gist(row.note)), {})
                 files.setdefault(Path(each.file).name, []).append(row.tolerance)
-    return found
+    methods: dict[str, list[str]] = {}
+    for (method, note), files in found.items():
+        places = "; ".join(f"{name} at {', '.join(written)}" for name, written in files.items())
+        methods.setdefault(places + (f": {note}" if note else ""), []).append(method)
+    return methods
 
 
 def gist(note: str) -> str:
@@ -308,18 +309,21 @@ def name_places(axes: Axes, comparison: Comparison) -> None:
 
 
 def tell(axes: Axes, x: Sequence[float], y: Sequence[int]) -> None:
-    """Write the counts below the points of a line."""
-    for place, count in zip(x, y, strict=True):
+    """Write the counts below the points of a line; to the right of those that it comes up to."""
+    for k, (place, count) in enumerate(zip(x, y, strict=True)):
+        rises = k > 0 and count > y[k - 1]
         axes.annotate(
             f"{count:,}",
             (place, count),
-            xytext=(0, -6),
+            xytext=(5 if rises else 0, -6),
             textcoords="offset points",
-            ha="center",
+            ha="left" if rises else "center",
             va="top",
             fontsize=7.5,
             color=LINES["improved"].colour,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8},
+            # Above the names of tolerances, below every line.
+            zorder=1.5,
         )
 
 

@@ -11,6 +11,7 @@ from urllib.parse import quote, unquote
 
 from ..options import Options
 from ..scene import Scene
+from .folder import beneath
 from .gltf import Document, data_uri
 from .gltf_body import pack_views
 from .sheet import Sheet
@@ -24,6 +25,10 @@ def media_type(data: bytes) -> str:
     return next(
         (kind for magic, kind in _MEDIA.items() if data.startswith(magic)), "application/octet-stream"
     )
+
+
+def _missing(kind: str, name: str) -> str:
+    return f"the {kind} '{name[:80]}' is no file beneath the input's folder"
 
 
 def copies(
@@ -41,11 +46,11 @@ def copies(
         if not uri or uri.startswith("data:") or "://" in uri:
             continue
         name = Path(unquote(uri))
-        path = source.parent / name
+        path = beneath(source.parent, unquote(uri))
         if name.is_absolute() or ".." in name.parts:
-            image["uri"] = quote(Path(os.path.relpath(path, target.parent)).as_posix())
-        elif not path.is_file():
-            warnings.append(f"the image '{unquote(uri)}' is missing beside the input")
+            image["uri"] = quote(Path(os.path.relpath(source.parent / name, target.parent)).as_posix())
+        elif path is None:
+            warnings.append(_missing("image", unquote(uri)))
         elif (target.parent / name).parent.is_dir() or name.parent == Path():
             found[target.parent / name] = path.read_bytes()
         else:
@@ -66,9 +71,9 @@ def embedded_images(
         if uri.startswith("data:"):
             data = data_uri(uri)
         else:
-            path = None if source is None else source.parent / unquote(uri)
-            if path is None or not path.is_file():
-                warnings.append(f"the image '{unquote(uri)[:80]}' is missing beside the input")
+            path = beneath(source and source.parent, unquote(uri))
+            if path is None:
+                warnings.append(_missing("image", unquote(uri)))
                 continue
             data = path.read_bytes()
         media = image.get("mimeType", media_type(data))
@@ -100,9 +105,9 @@ def obj_pictures(scene: Scene, options: Options, warnings: list[str]) -> dict[st
             texture = getattr(getattr(part.source, "material", part.source), "texture", None)
             if not texture or texture in found or not part.passed_on(options):
                 continue
-            path = None if scene.path is None else scene.path.parent / texture.replace("\\", "/")
-            if path is None or not path.is_file():
-                warnings.append(f"the texture '{texture}' is missing beside the input")
+            path = beneath(scene.path and scene.path.parent, texture)
+            if path is None:
+                warnings.append(_missing("texture", texture))
                 continue
             data = path.read_bytes()
             found[texture] = media_type(data), data
@@ -156,13 +161,13 @@ class Pictured:
             if part.attributes and part.source.material and part.source.material.texture
         }
         for name in [*names, *sorted(textures)]:
-            path = Path(name.replace("\\", "/"))
-            if path.is_absolute() or ".." in path.parts or not (source.parent / path).is_file():
+            path, found = Path(name.replace("\\", "/")), beneath(source.parent, name)
+            if path.is_absolute() or ".." in path.parts or found is None:
                 self.warnings.append(f"'{name}' is named by the input but not found beside it, nor copied")
             elif not (self.main.parent / path).parent.is_dir():
                 self.warnings.append(f"'{name}' was not copied: its folder is missing beside the output")
             else:
-                self.files[self.main.parent / path] = (source.parent / path).read_bytes()
+                self.files[self.main.parent / path] = found.read_bytes()
 
     def _texture(self, material: Material) -> str | None:
         """Write an image of a glTF document beside the OBJ file."""
@@ -172,9 +177,9 @@ class Pictured:
         image = document.items("images")[int(material.texture)]
         uri = image.get("uri", "")
         if uri and not uri.startswith("data:"):
-            path = None if self.scene.path is None else self.scene.path.parent / unquote(uri)
-            if path is None or not path.is_file():
-                self.warnings.append(f"the image '{unquote(uri)[:80]}' is missing beside the input")
+            path = beneath(self.scene.path and self.scene.path.parent, unquote(uri))
+            if path is None:
+                self.warnings.append(_missing("image", unquote(uri)))
                 return None
             data, name = path.read_bytes(), path.name
         else:

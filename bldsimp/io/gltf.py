@@ -14,7 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputError, OutputError
 
 Beside = Callable[[str], bytes | None]
 
@@ -60,7 +60,14 @@ class Document:
 
     def __post_init__(self) -> None:
         for key in ARRAYS:
-            self.items(key)
+            found = self.items(key)
+            if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+                raise InputError(f"the glTF member '{key}' is not a list of objects: the file is damaged")
+        for number, image in enumerate(self.items("images")):
+            if not isinstance(image.get("uri", ""), str) or not ("uri" in image or "bufferView" in image):
+                raise InputError(f"glTF image {number} has neither a URI nor a buffer view: the file is damaged")
+            if "bufferView" in image:
+                self._item("bufferViews", image["bufferView"])
         for key in ("extensionsUsed", "extensionsRequired"):
             names = self.json.get(key, [])
             if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
@@ -68,9 +75,7 @@ class Document:
 
     def items(self, key: str) -> list[dict[str, Any]]:
         """A top-level array, empty where the file has none."""
-        found = self.json.get(key, [])
-        if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
-            raise InputError(f"the glTF member '{key}' is not a list of objects: the file is damaged")
+        found: list[dict[str, Any]] = self.json.get(key, [])
         return found
 
     def accessor(self, index: int) -> NDArray[Any]:
@@ -139,8 +144,14 @@ class Document:
         for extension in view.get("extensions", {}):
             refuse_packed(extension)
         count, width = shape
-        stride = view.get("byteStride") or kind.itemsize * width
-        needed = offset + (stride * (count - 1) + kind.itemsize * width if count else 0)
+        element = kind.itemsize * width
+        stride = view.get("byteStride", element)
+        if not isinstance(stride, int) or stride < element or stride % kind.itemsize:
+            raise InputError(
+                f"glTF buffer view {index} has a stride of {stride} for elements of {element} bytes"
+                f" ({kind.itemsize} each number): the file is damaged"
+            )
+        needed = offset + (stride * (count - 1) + element if count else 0)
         start, length = view.get("byteOffset", 0), view.get("byteLength", 0)
         buffer = self._buffer(view, index, start, length)
         if needed > length or offset < 0:
@@ -182,7 +193,7 @@ def parse_gltf(data: bytes, beside: Beside) -> Document:
     ----------
     data : bytes
     beside : function of a relative path
-        Gives the bytes of a file next to the document, or None.
+        Gives the bytes of a file beneath the document's folder, or None.
 
     Raises
     ------
@@ -190,7 +201,7 @@ def parse_gltf(data: bytes, beside: Beside) -> Document:
     """
     text, binary, chunks = _glb_chunks(data) if data[:4] == b"glTF" else (data, None, [])
     try:
-        found = json.loads(text.decode("utf-8-sig"))
+        found = json.loads(text.decode("utf-8-sig"), parse_constant=_no_number)
     except (UnicodeDecodeError, ValueError, RecursionError):
         raise InputError("the glTF file's JSON cannot be read: the file is truncated or damaged") from None
     if not isinstance(found, dict) or not isinstance(found.get("asset"), dict):
@@ -203,6 +214,10 @@ def parse_gltf(data: bytes, beside: Beside) -> Document:
     document.buffers = [_buffer(entry, number, binary, beside) for number, entry in enumerate(entries)]
     document.embedded = bool(entries) and all(str(e.get("uri", "")).startswith("data:") for e in entries)
     return document
+
+
+def _no_number(name: str) -> None:
+    raise InputError(f"the glTF JSON holds {name}, which is no JSON number: the file is damaged")
 
 
 def _glb_chunks(data: bytes) -> tuple[bytes, bytes | None, list[tuple[int, bytes]]]:
@@ -250,7 +265,7 @@ def _buffer(entry: dict[str, Any], number: int, binary: bytes | None, beside: Be
     else:
         found = data_uri(uri) if uri.startswith("data:") else beside(unquote(uri))
     if found is None:
-        raise InputError(f"glTF buffer '{unquote(uri)[:80]}' is missing: put it beside the file")
+        raise InputError(f"glTF buffer '{unquote(uri)[:80]}' is no file beneath the input's folder: put it there")
     if len(found) < entry.get("byteLength", 0):
         raise InputError(
             f"glTF buffer {number} has {len(found):,} of its {entry['byteLength']:,} bytes: it is truncated"
@@ -289,4 +304,10 @@ def pack_glb(json_: dict[str, Any], binary: bytes, chunks: list[tuple[int, bytes
 def gltf_text(json_: dict[str, Any], compact: bool) -> bytes:
     """A document's JSON as UTF-8."""
     style: dict[str, Any] = {"separators": (",", ":")} if compact else {"indent": 2}
-    return json.dumps(json_, ensure_ascii=False, allow_nan=False, **style).encode("utf-8")
+    try:
+        return json.dumps(json_, ensure_ascii=False, allow_nan=False, **style).encode("utf-8")
+    except UnicodeEncodeError:
+        # Half of a surrogate pair, which JSON can name, but UTF-8 cannot write.
+        return json.dumps(json_, allow_nan=False, **style).encode("ascii")
+    except ValueError:
+        raise OutputError("the glTF JSON holds a number beyond double precision: repair the input") from None

@@ -6,6 +6,7 @@ Names, nodes, instances, materials, images, animations, extras and unknown exten
 from __future__ import annotations
 
 import copy
+import json
 from typing import Any
 
 import numpy as np
@@ -44,11 +45,11 @@ def patched(
     """
     document: Document = scene.source
     json_ = copy.deepcopy(document.json)
-    body = Body()
+    body, bare = Body(), _BareMaterials(json_)
     replaced: set[int] = set()
     vertices = 0
     for mesh, light in zip(scene.meshes, lights, strict=True):
-        vertices += _replace_mesh(document, json_, body, mesh, light, options, replaced)
+        vertices += _replace_mesh(document, json_, body, mesh, light, options, replaced, bare)
     if replaced and unknown_extensions(json_):
         names = ", ".join(unknown_extensions(json_))
         warnings.append(f"extensions that bldsimp does not know were kept as they are: {names}")
@@ -64,6 +65,7 @@ def _replace_mesh(
     light: Light,
     options: Options,
     replaced: set[int],
+    bare: _BareMaterials,
 ) -> int:
     """Replace the simplified primitives of one mesh; the number of its vertices."""
     source: GltfMesh = mesh.source
@@ -102,7 +104,7 @@ def _replace_mesh(
             if len(own):
                 indices = body.add_indices(corners[start:end], len(first))
                 primitive = mesh.parts[number].source
-                _replace_primitive(json_, primitives[primitive.index], attributes, indices, replaced)
+                _replace_primitive(bare, primitives[primitive.index], attributes, indices, replaced)
             else:
                 empty.append(number)
             start = end
@@ -153,7 +155,7 @@ def _in_format(numbers: NDArray[np.float64], kind: np.dtype[Any], normalized: bo
 
 
 def _replace_primitive(
-    json_: dict[str, Any],
+    bare: _BareMaterials,
     primitive: dict[str, Any],
     attributes: dict[str, int],
     indices: int,
@@ -161,7 +163,8 @@ def _replace_primitive(
 ) -> None:
     """Point a primitive at new accessors (negative numbers until they are settled)."""
     replaced.update(container[key] for container, key in primitive_slots(primitive))
-    textured = any(name.startswith("TEXCOORD_") for name in primitive["attributes"])
+    if any(name.startswith("TEXCOORD_") for name in primitive["attributes"]):
+        bare.take(primitive)
     primitive["attributes"] = {name: -1 - number for name, number in attributes.items()}
     primitive["indices"] = -1 - indices
     if primitive.get("mode", 4) != 4:
@@ -171,22 +174,29 @@ def _replace_primitive(
         primitive["extensions"] = {k: v for k, v in primitive["extensions"].items() if k in HARMLESS}
         if not primitive["extensions"]:
             del primitive["extensions"]
-    if textured:
-        _bare_material(json_, primitive)
 
 
-def _bare_material(json_: dict[str, Any], primitive: dict[str, Any]) -> None:
-    """Give a primitive without texture coordinates a material without textures."""
-    materials = json_.get("materials", [])
-    number = primitive.get("material")
-    if number is None:
-        return
-    bare = _without_textures(materials[number])
-    if bare == materials[number]:
-        return
-    if bare not in materials:
-        materials.append(bare)
-    primitive["material"] = materials.index(bare)
+class _BareMaterials:
+    """Materials without textures, for primitives that lose their texture coordinates."""
+
+    def __init__(self, json_: dict[str, Any]) -> None:
+        self.materials = json_.get("materials", [])
+        self._numbers: dict[str, int] = {}
+        for number, material in enumerate(self.materials):
+            self._numbers.setdefault(json.dumps(material, sort_keys=True), number)
+
+    def take(self, primitive: dict[str, Any]) -> None:
+        """Give a primitive the bare form of its material, added where there is none yet."""
+        if primitive.get("material") is None:
+            return
+        bare = _without_textures(self.materials[primitive["material"]])
+        key = json.dumps(bare, sort_keys=True)
+        if bare == self.materials[primitive["material"]]:
+            return
+        if key not in self._numbers:
+            self._numbers[key] = len(self.materials)
+            self.materials.append(bare)
+        primitive["material"] = self._numbers[key]
 
 
 def _without_textures(value: Any) -> Any:
@@ -230,7 +240,8 @@ def _settle_views(document: Document, json_: dict[str, Any], body: Body, freed: 
     numbers = _merged(len(old), dropped, len(body.views), bool(unknown_extensions(json_)))
     data = {numbers[i]: document.view(i) for i in range(len(old)) if i in numbers}
     if not unknown_extensions(json_):
-        data |= {numbers[i]: trimmed(json_, i, document.view(i)) for i in sorted(freed & kept)}
+        short = trimmed(json_, {i: document.view(i) for i in sorted(freed & kept)})
+        data |= {numbers[i]: view for i, view in short.items()}
     data |= {numbers[-1 - i]: bytes(view.data) for i, view in enumerate(body.views)}
     for container, key in list(view_slots(json_)):
         container[key] = numbers[container[key]]
@@ -254,7 +265,8 @@ def _merged(old: int, dropped: list[int], new: int, fixed: bool) -> dict[int, in
     free = list(dropped)
     taken = {-1 - i: free[i] if i < len(free) else old + i - len(free) for i in range(new)}
     left = set(free[new:])
-    final = {i: i for i in range(old) if i not in set(dropped)} | taken
+    gone = set(dropped)
+    final = {i: i for i in range(old) if i not in gone} | taken
     if fixed or not left:
         return final
     shift = np.cumsum([i in left for i in range(old + new)])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..number_format import number_format
-from ..scene import Mesh, Part, check_finite
+from ..scene import LARGEST_COORDINATE, Mesh, Part, check_finite
 from .gltf import Document, refuse_packed
 from .surface import Material
 
@@ -74,7 +74,7 @@ def gltf_meshes(document: Document) -> list[Mesh]:
 def _mesh(document: Document, index: int, skinned: bool) -> Mesh | None:
     """One mesh, or None where it has no triangles."""
     entry = document.items("meshes")[index]
-    name = str(entry.get("name", f"mesh {index}"))
+    name = _name(entry, f"mesh {index}")
     shared: dict[tuple[int | None, ...], Rows] = {}
     parts, faces = [], []
     rows_so_far = 0
@@ -215,18 +215,24 @@ def _material(document: Document, primitive: dict[str, Any]) -> Material | None:
         return None
     entry = materials[number]
     metallic = entry.get("pbrMetallicRoughness", {})
-    color = tuple(metallic.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0)))
+    r, g, b, a = (float(value) for value in metallic.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0)))
+    color = r, g, b, a
     texture = metallic.get("baseColorTexture", {}).get("index")
     textures = document.items("textures")
-    image = textures[texture].get("source") if texture is not None and texture < len(textures) else None
-    return Material(
-        str(entry.get("name", f"material {number}")), color, None if image is None else str(image)
-    )
+    image = textures[texture].get("source") if texture is not None and 0 <= texture < len(textures) else None
+    if image is not None and (not isinstance(image, int) or not 0 <= image < len(document.items("images"))):
+        raise InputError(f"glTF texture {texture} names image {image}, which is not there: the file is damaged")
+    return Material(_name(entry, f"material {number}"), color, None if image is None else str(image))
+
+
+def _name(entry: dict[str, Any], default: str) -> str:
+    """A name that every encoding takes: JSON can name half of a surrogate pair."""
+    return str(entry.get("name", default)).encode("utf-8", "replace").decode("utf-8")
 
 
 def _instances(document: Document) -> tuple[dict[int, list[NDArray[np.float64]]], set[int]]:
     """World transforms of each mesh, over all scenes; and the meshes that a skin bends."""
-    nodes = document.items("nodes")
+    nodes, meshes = document.items("nodes"), document.items("meshes")
     transforms: dict[int, list[NDArray[np.float64]]] = {}
     skinned: set[int] = set()
     stack = [(root, np.eye(4)) for root in reversed(_roots(document))]
@@ -239,6 +245,13 @@ def _instances(document: Document) -> tuple[dict[int, list[NDArray[np.float64]]]
         node = nodes[index]
         world = product(above, local_transform(node))
         if "mesh" in node:
+            mesh = node["mesh"]
+            if not isinstance(mesh, int) or not 0 <= mesh < len(meshes):
+                raise InputError(f"glTF node {index} names mesh {mesh}, which is not there: the file is damaged")
+            if not np.all(np.abs(world) <= LARGEST_COORDINATE):
+                raise InputError(
+                    f"glTF node {index} and those above it scale or move its mesh beyond 1e100: repair their transforms"
+                )
             for instance in _gpu_instances(document, node):
                 transforms.setdefault(node["mesh"], []).append(product(world, instance))
             if "skin" in node:
@@ -303,5 +316,6 @@ def _stored_transform(node: dict[str, Any]) -> NDArray[np.float64]:
 
 
 def product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrix product summed in a fixed order."""
-    return np.array([[sum(a[i, k] * b[k, j] for k in range(4)) for j in range(4)] for i in range(4)])
+    """Matrix product summed in a fixed order; infinite or no number where it leaves the range of double precision."""
+    left, right = a.tolist(), b.tolist()
+    return np.array([[sum(left[i][k] * right[k][j] for k in range(4)) for j in range(4)] for i in range(4)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,30 +15,37 @@ Range = tuple[dict[str, Any], int, int]
 """What has a ``byteOffset`` into a view, and where its bytes start and end there."""
 
 
-def trimmed(json_: dict[str, Any], number: int, data: bytes) -> bytes:
-    """The bytes of a view that accessors still use; their offsets are changed to match.
+def trimmed(json_: dict[str, Any], views: dict[int, bytes]) -> dict[int, bytes]:
+    """The bytes of views that accessors still use; their offsets are changed to match.
 
     Parameters
     ----------
     json_ : dict
         Changed in place.
-    number : int
-        Of the view.
-    data : bytes
-        All of the view.
+    views : dict of int to bytes
+        All of each view, by its number.
 
     Returns
     -------
-    bytes
-        `data` itself where something other than an accessor uses the view.
+    dict of int to bytes
+        As given where something other than an accessor uses the view.
     """
-    view = json_["bufferViews"][number]
-    ranges = sorted(_ranges(json_, number, view), key=lambda entry: entry[1])
-    if not ranges or len(ranges) < sum(container[key] == number for container, key in view_slots(json_)):
-        return data
+    uses = Counter(container[key] for container, key in view_slots(json_))
+    ranges: dict[int, list[Range]] = {number: [] for number in views}
+    for accessor in json_["accessors"]:
+        for number, found in _ranges(json_, accessor, views):
+            ranges[number].append(found)
+    return {
+        number: _without_gaps(ranges[number], data) if 0 < len(ranges[number]) == uses[number] else data
+        for number, data in views.items()
+    }
+
+
+def _without_gaps(ranges: list[Range], data: bytes) -> bytes:
+    """Bytes that some range covers, close together."""
     kept = bytearray()
     moved = end = 0
-    for user, start, stop in ranges:
+    for user, start, stop in sorted(ranges, key=lambda entry: entry[1]):
         if start >= end:
             # A multiple of four keeps every component aligned.
             kept += b"\0" * ((start - len(kept)) % 4)
@@ -49,19 +57,20 @@ def trimmed(json_: dict[str, Any], number: int, data: bytes) -> bytes:
     return bytes(kept)
 
 
-def _ranges(json_: dict[str, Any], number: int, view: dict[str, Any]) -> Iterator[Range]:
-    """Where the accessors of a view read it."""
-    for accessor in json_["accessors"]:
-        size = np.dtype(COMPONENTS[accessor["componentType"]]).itemsize * WIDTHS[accessor["type"]]
-        sparse = accessor.get("sparse", {})
-        if accessor.get("bufferView") == number:
-            stride = view.get("byteStride") or size
-            yield _range(accessor, stride * (accessor["count"] - 1) + size)
-        if sparse.get("indices", {}).get("bufferView") == number:
-            index_size = np.dtype(COMPONENTS[sparse["indices"]["componentType"]]).itemsize
-            yield _range(sparse["indices"], index_size * sparse["count"])
-        if sparse.get("values", {}).get("bufferView") == number:
-            yield _range(sparse["values"], size * sparse["count"])
+def _ranges(json_: dict[str, Any], accessor: dict[str, Any], views: dict[int, bytes]) -> Iterator[tuple[int, Range]]:
+    """Which of the views an accessor reads, and where."""
+    number, sparse = accessor.get("bufferView"), accessor.get("sparse", {})
+    if number not in views and not sparse:
+        return
+    size = np.dtype(COMPONENTS[accessor["componentType"]]).itemsize * WIDTHS[accessor["type"]]
+    if number in views:
+        stride = json_["bufferViews"][number].get("byteStride", size)
+        yield number, _range(accessor, stride * (accessor["count"] - 1) + size)
+    for key, kind in (("indices", sparse.get("indices", {}).get("componentType")), ("values", None)):
+        number = sparse.get(key, {}).get("bufferView")
+        if number in views:
+            each = size if kind is None else np.dtype(COMPONENTS[kind]).itemsize
+            yield number, _range(sparse[key], each * sparse["count"])
 
 
 def _range(user: dict[str, Any], length: int) -> Range:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..scene import Scene
+from .folder import Folder
 from .gltf import parse_gltf
 from .gltf_read import gltf_meshes
 from .loaded import read_loaded
@@ -41,7 +42,7 @@ def read(source: Path | bytes, format_: str) -> Scene:
     """
     path = source if isinstance(source, Path) else None
     name = str(path) if path else "standard input"
-    folder = _Folder(path.parent if path else None)
+    folder = Folder(path.parent if path else None)
     try:
         data = source if isinstance(source, bytes) else source.read_bytes()
     except FileNotFoundError:
@@ -59,13 +60,13 @@ def read(source: Path | bytes, format_: str) -> Scene:
     return scene
 
 
-def _fill(scene: Scene, data: bytes, folder: _Folder) -> None:
+def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
     """Read the meshes of a scene."""
     if scene.format in ("glb", "gltf"):
         try:
             scene.source = parse_gltf(data, folder)
             scene.meshes = gltf_meshes(scene.source)
-        except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
             # JSON may hold anything anywhere; what the format does not foresee ends here.
             what = f"{type(error).__name__}: {error}"
             raise InputError(
@@ -84,22 +85,3 @@ def _fill(scene: Scene, data: bytes, folder: _Folder) -> None:
         scene.meshes = read_off(data, scene.warnings)
     else:
         scene.meshes = read_loaded(data, scene.format, scene.path, scene.warnings)
-
-
-class _Folder:
-    """Files beside a file, and how many bytes of them were read."""
-
-    def __init__(self, path: Path | None) -> None:
-        self.path = path
-        self.size = 0
-
-    def __call__(self, name: str) -> bytes | None:
-        """The bytes of a file, or None where there is none."""
-        if self.path is None:
-            return None
-        try:
-            data = (self.path / name.replace("\\", "/")).read_bytes()
-        except (OSError, ValueError):
-            return None
-        self.size += len(data)
-        return data

@@ -169,7 +169,12 @@ def _gltf_files(
     chunks: list[tuple[int, bytes]] = []
     embedded = piped
     if isinstance(scene.source, Document):
-        json_, binary, written.vertices = patched(scene, lights, options, written.warnings)
+        try:
+            json_, binary, written.vertices = patched(scene, lights, options, written.warnings)
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+            # What no mesh uses is not looked at before the document is put together again.
+            what = f"{type(error).__name__}: {error}"
+            raise OutputError(f"the input's glTF JSON is not as the format asks ({what}): it is damaged") from error
         chunks = scene.source.chunks
         embedded |= scene.source.embedded
         if piped or (format_ == "glb" and scene.format == "gltf"):

@@ -139,6 +139,46 @@ void any_lift_ends() {
   }
 }
 
+// Without recovery a segment is missing exactly where the net of the points alone has no such edge, and
+// without poles all directions are told by determinants; what can be made is the same.
+void standard_method() {
+  Triangulator standard, improved;
+  int whole = 0, with_missing = 0;
+  for (int round = 0; round < 3000; ++round) {
+    std::vector<Point2> points(3 + generator() % 12);
+    for (Point2& p : points) p = {static_cast<double>(below(9)), static_cast<double>(below(9))};
+    Segments segments(1 + generator() % 4);
+    for (auto& segment : segments) segment = {below(points.size()), below(points.size())};
+    CHECK(standard.run(points, segments, {.carve = false, .recover = false, .poles = false}) == Status::done);
+    CHECK(standard.statistics().by_poles == 0);
+    CHECK(improved.run(points, {}, {.carve = false}) == Status::done);
+    CHECK(standard.statistics().by_determinant ==
+          improved.statistics().by_poles + improved.statistics().by_determinant);
+    CHECK(standard.statistics().flips == improved.statistics().flips);
+    if (improved.triangles().empty()) continue;
+    std::set<std::pair<Index, Index>> edges;
+    for (const auto& t : improved.triangles())
+      for (int i = 0; i < 3; ++i) edges.insert(std::minmax(t[i], t[(i + 1) % 3]));
+    std::vector<Index> missing;
+    for (Index s = 0; s < std::ssize(segments); ++s) {
+      const Index a = improved.point_of_input()[segments[s][0]], b = improved.point_of_input()[segments[s][1]];
+      if (a != b && !edges.contains(std::minmax(a, b))) missing.push_back(s);
+    }
+    CHECK(standard.missing() == missing);
+    if (missing.empty()) {
+      ++whole;
+      CHECK(standard.triangles() == improved.triangles());
+      check_plain(standard, false);
+    } else {
+      ++with_missing;
+      CHECK(standard.triangles().empty() && standard.pieces().empty());
+    }
+  }
+  CHECK(whole > 100 && with_missing > 100);
+  CHECK(improved.run(std::vector<Point2>{{0, 0}, {1, 0}, {0, 1}}, {}, {.carve = false}) == Status::done);
+  CHECK(improved.missing().empty());
+}
+
 void workspace_forgets() {
   const std::vector<Point2> square{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   const Segments ring{{0, 1}, {1, 2}, {2, 3}, {3, 0}};
@@ -176,6 +216,7 @@ int main() {
   RUN(pencils_of_lines);
   RUN(lifted_planes);
   RUN(any_lift_ends);
+  RUN(standard_method);
   RUN(workspace_forgets);
   RUN(large_random_points);
   return check::report();
