@@ -281,7 +281,7 @@ void bind_mesh(nb::module_& m) {
   conformed.def_prop_ro("statistics", [](const Conformed& c) { return row_of(c.statistics); });
   m.def(
       "conform",
-      [](Points3 points, In<double, nb::shape<-1, 6>> planes, const Outlines& o, const std::vector<Piece>& all,
+      [](Points3 points, In<double, nb::shape<-1, 5>> planes, const Outlines& o, const std::vector<Piece>& all,
          Faces3 triangles, Indices facet_of_triangle, Bytes keep) {
         nb::gil_scoped_release release;
         return conform({rows<Vec3>(points), rows<Plane>(planes), o, all, rows<Face>(triangles),
