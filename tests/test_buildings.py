@@ -126,7 +126,8 @@ def test_facets_tell_their_faces_at_a_wide_tolerance(data: Path) -> None:
     for facet in light.facets:
         own = mesh.vertices[mesh.faces[facet.faces]].reshape(-1, 3)
         heights = (own - light.mesh.vertices[facet.rings[0][0]]) @ facet.normal
-        assert np.abs(heights).max(initial=0.0) <= light.report.tolerance
+        # Faces that were flat together and are parted now go with one of the pieces.
+        assert np.abs(heights).max(initial=0.0) <= 2 * light.report.tolerance
 
 
 def test_files_stay_small(data: Path) -> None:

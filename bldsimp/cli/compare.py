@@ -81,6 +81,10 @@ def compare(
         from ..compare.plot import check_plot
 
         check_plot(paths["--plot"].suffix)
+    if "--html" in paths:
+        from ..compare.page import viewer_library
+
+        viewer_library()
     comparisons = _compared(dict(zip(sources, endpoints, strict=True)), texts, peers, quiet)
     from ..compare.table import to_json, to_text
     from ..io.target import replace_files

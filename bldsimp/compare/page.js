@@ -130,7 +130,7 @@
       float drawn = 1.0 - smoothstep(line - 0.5, line + 0.5, min(away.x, min(away.y, away.z)));
       // Where triangles are hardly larger than lines, lines would be all there is.
       float room = 1.0 / max(width.x, max(width.y, width.z));
-      float strength = edges ? drawn * mix(0.25, 0.62, smoothstep(2.0 * line, 12.0 * line, room)) : 0.0;
+      float strength = edges ? drawn * mix(0.12, 0.62, smoothstep(2.0 * line, 12.0 * line, room)) : 0.0;
       colour = vec4(mix(base * light, vec3(0.09, 0.14, 0.22), strength), 1.0);
     }`;
 

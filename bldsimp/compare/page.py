@@ -28,7 +28,7 @@ from .. import _core
 from ..errors import BldsimpError
 from ..scene import Points
 from .chart import chart_svg
-from .drawn import Drawn, drawn
+from .drawn import TRIANGLES, Drawn, drawn
 from .plot import Line, lines_of
 from .row import Comparison, Row
 from .surface import Surface
@@ -48,7 +48,7 @@ COLUMNS = (
     ("share", "of original", "Points, in percent of the original's"),
     ("triangles", "triangles", "Triangles"),
     ("deviation", "deviation", "Greatest distance measured between the surfaces, both ways, model units"),
-    ("bound", "certified", "No point is farther than this: certified, model units"),
+    ("bound", "bound", "No point is farther than this: certified, model units"),
     ("watertight", "watertight", "Whether every edge belongs to two faces"),
     ("border_made", "border made", "Open edges that lie on no open edge of the original"),
     ("seconds", "seconds", "Time that the method took"),
@@ -85,6 +85,7 @@ def write_page(comparisons: Sequence[Comparison]) -> bytes:
     own = files("bldsimp.compare")
     text = Template(own.joinpath("page.html").read_text("utf-8")).substitute(
         title="bldsimp compare",
+        most=f"{TRIANGLES:,}",
         subtitle=escape(subtitle(comparisons)),
         table=table(comparisons, numbers),
         charts="\n".join(chart(k, each, lines, numbers[k]) for k, each in enumerate(comparisons)),
@@ -247,7 +248,7 @@ def thinning(shown: Drawn, surface: Surface) -> str:
     """What to say where not all is drawn."""
     if not shown.thinned:
         return ""
-    return f"drawn with {len(shown.faces):,} of its {len(surface.faces):,} triangles, coloured at points of its own"
+    return f"drawn with {len(shown.faces):,} of its {len(surface.faces):,} triangles"
 
 
 def original_facts(comparison: Comparison, original: Surface, shown: Drawn) -> tuple[str, str]:
