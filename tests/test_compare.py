@@ -8,8 +8,10 @@ import json
 import os
 import pty
 import re
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -294,6 +296,21 @@ class TestText:
         failed = Comparison("a,b.obj", None, 0.0, {}, [Row("a,b.obj", "", "original", note='no, "no"')], True)
         assert rows_of(to_csv([failed]))[0]["note"] == 'no, "no"'
 
+    @pytest.mark.parametrize("file", ["a\rb.obj", "a\nb.obj", "a\r\nb.obj", 'a"b".obj', "a,b;c.obj", " a "])
+    def test_csv_keeps_any_name(self, file: str) -> None:
+        failed = Comparison(file, None, 0.0, {}, [Row(file, "", "original")], True)
+        text = to_csv([failed, failed])
+        assert text.startswith(HEADER + "\n")
+        assert [line["file"] for line in csv.DictReader(io.StringIO(text, newline=""))] == [file, file]
+
+    def test_the_table_keeps_control_characters_from_the_terminal(self, house: Path) -> None:
+        done = compare_file(house, "obj", "\x1b[31m\nred.obj", ["0"])
+        failed = Comparison("\x1b[31m\nred.obj", None, 0.0, {}, [Row("", "", "original", note="a\x1b\nb")], True)
+        lines = to_text([done, failed]).splitlines()
+        assert lines[0].startswith(" [31m red.obj: diagonal ")
+        assert lines[-1].strip().startswith("[31m red.obj: a  b")
+        assert all(line.isprintable() for line in lines)
+
 
 class TestCommand:
     def test_a_table_and_files_for_programs(self, house: Path, tmp_path: Path) -> None:
@@ -327,6 +344,49 @@ class TestCommand:
         assert result.returncode == 0
         assert json.loads(result.stdout)["files"][0]["rows"][2]["points"] == 8
 
+    def test_rows_for_programs_on_standard_output(self, house: Path, tmp_path: Path) -> None:
+        result = run("compare", house, "--tolerances", "0", "--csv", "-", cwd=tmp_path)
+        assert (result.returncode, result.stderr) == (0, b"")
+        assert [line["method"] for line in rows_of(result.stdout.decode())] == METHODS
+        assert names(tmp_path) == ["house.obj"]
+
+    @pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="no /dev/stdout")
+    def test_a_pipe_without_a_name(self, house: Path) -> None:
+        result = run("compare", house, "--tolerances", "0", "-q", "--csv", "/dev/stdout")
+        assert (result.returncode, result.stderr) == (0, b"")
+        assert result.stdout.decode().splitlines()[0] == HEADER
+
+    def test_a_closed_standard_output_is_told_before_the_work(self, house: Path, tmp_path: Path) -> None:
+        script = f'exec "$@" compare {house.name} --csv o.csv >&-'
+        command = ["sh", "-c", script, "sh", *COMMAND]
+        one_error(subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60), 1, "standard output is closed")
+        assert names(tmp_path) == ["house.obj"]
+
+    @pytest.mark.skipif(sys.platform == "darwin", reason="names of files are Unicode there")
+    def test_a_name_that_is_not_unicode(self, house: Path, tmp_path: Path) -> None:
+        odd = os.fsdecode(os.fsencode(tmp_path / "caf") + b"\xe9.obj")
+        os.rename(house, odd)
+        files = ("--csv", tmp_path / "o.csv", "--json", tmp_path / "o.json", "--html", tmp_path / "o.html")
+        result = run("compare", odd, "--tolerances", "0", *files)
+        assert (result.returncode, result.stderr) == (0, b"")
+        assert rows_of((tmp_path / "o.csv").read_text("utf-8"))[0]["file"] == str(tmp_path / "caf\\udce9.obj")
+        assert json.loads((tmp_path / "o.json").read_text())["files"][0]["file"] == odd
+
+    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+    def test_an_interruption_while_files_are_written_leaves_none(
+        self, house: Path, tmp_path: Path, number: int, code: int
+    ) -> None:
+        pipe = tmp_path / "o.json"
+        os.mkfifo(pipe)
+        arguments = ["-q", "--tolerances", "0", "--csv", tmp_path / "o.csv", "--json", pipe]
+        process = subprocess.Popen([*COMMAND, "compare", house, *arguments], stderr=subprocess.PIPE)
+        while len(names(tmp_path)) < 3 and process.poll() is None:
+            time.sleep(0.01)
+        time.sleep(0.1)  # now it waits for a reader of the pipe
+        process.send_signal(number)
+        assert process.wait(timeout=60) == code
+        assert names(tmp_path) == ["house.obj", "o.json"]
+
     def test_quiet_prints_nothing(self, house: Path, tmp_path: Path) -> None:
         result = run("compare", house, "-q", "--tolerances", "0", "--csv", tmp_path / "o.csv")
         assert (result.stdout, result.stderr, result.returncode) == (b"", b"", 0)
@@ -353,8 +413,8 @@ class TestCommand:
         document = json.loads(result.stdout)
         assert document["files"][0]["failed"] is True
         assert document["files"][0]["diagonal"] is None
-        assert b"no.obj" in result.stderr
-        assert len(result.stderr.splitlines()) == 1
+        assert document["files"][0]["rows"][0]["note"] == "failed: no such file"
+        assert result.stderr.decode() == f"bldsimp: error: {tmp_path / 'no.obj'}: failed: no such file\n"
 
     def test_no_area_at_all(self, tmp_path: Path) -> None:
         flat = write(tmp_path / "flat.obj", "v 0 0 0\nv 1 0 0\nf 1 2 2\n")
@@ -374,6 +434,9 @@ class TestCommand:
             (["--plot", "o.pdf"], "a chart cannot be written as '.pdf'"),
             (["what.txt"], "format 'txt' is not known"),
             (["-", "-", "--from", "obj"], "can be read once only"),
+            (["--csv", "-", "--json", "-"], "--csv and --json: standard output takes one of them"),
+            (["--html", "-"], "--html: '-' is for --csv and --json"),
+            (["--plot", "-"], "--plot: '-' is for --csv and --json"),
         ],
     )
     def test_what_is_wrong_before_anything_is_read(

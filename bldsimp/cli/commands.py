@@ -9,15 +9,14 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 import click
 
 from .. import __version__
-from ..errors import OutputError, UsageError
+from ..errors import UsageError
 from ..options import NORMALS, Options, parse_length, parse_tolerance
 from .compare import compare
-from .paths import Endpoint, check_output, endpoint_in, endpoint_out
+from .paths import Endpoint, check_open, check_output, endpoint_in, endpoint_out
 from .signals import unwind
 
 _EXAMPLES = """
@@ -112,7 +111,7 @@ def simplify(
     if report is not None:
         _check_report(report, read_from, write_to)
     if "-" in (target, report):
-        _check_open(sys.stdout, "standard output")
+        check_open(sys.stdout, "standard output")
     _run(read_from, write_to, options, Wishes(report, overwrite, quiet, verbose))
 
 
@@ -122,7 +121,7 @@ def simplify(
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def inspect(source: str, from_: str | None, as_json: bool) -> None:
     """Tell what is in the building IN before anything is done to it; '-' is standard input."""
-    _check_open(sys.stdout, "standard output")
+    check_open(sys.stdout, "standard output")
     read_from = endpoint_in(source, from_)
     from ..inspect import inspect_scene, inspection_text
     from ..io import read
@@ -198,12 +197,6 @@ def _option(name: str, parse, text: str):  # type: ignore[no-untyped-def]
         return parse(text)
     except UsageError as error:
         raise UsageError(f"{name}: {error}") from None
-
-
-def _check_open(stream: TextIO | None, name: str) -> None:
-    """Refuse to work for a stream that is closed."""
-    if stream is None:
-        raise OutputError(f"{name} is closed: there is nowhere to write to")
 
 
 def _check_report(report: str, read_from: Endpoint, write_to: Endpoint) -> None:

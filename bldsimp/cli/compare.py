@@ -12,7 +12,8 @@ import click
 
 from ..errors import InputError, UsageError
 from ..options import COMPARED_TOLERANCES, parse_tolerance
-from .paths import Endpoint, check_output, endpoint_in
+from .paths import Endpoint, check_open, check_output, endpoint_in
+from .signals import unwind
 
 if TYPE_CHECKING:
     from ..compare.row import Comparison
@@ -34,7 +35,7 @@ Examples:
     metavar="LIST",
     help="Tolerances with commas between, each as `simplify` takes it.  [default: " + COMPARED_TOLERANCES + "]",
 )
-@click.option("--csv", metavar="FILE.csv", help="Also write the rows as CSV.")
+@click.option("--csv", metavar="FILE.csv|-", help="Also write the rows as CSV; '-' prints it instead.")
 @click.option("--json", "json_", metavar="FILE.json|-", help="Also write the rows as JSON; '-' prints it instead.")
 @click.option("--plot", metavar="FILE.svg|png", help="Also draw points against tolerance; wants bldsimp[plots].")
 @click.option("--html", metavar="FILE.html", help="Also write one page that shows the surfaces in 3D, offline.")
@@ -74,8 +75,11 @@ def compare(
     endpoints = [endpoint_in(source, from_) for source in sources]
     if sum(endpoint.path is None for endpoint in endpoints) > 1:
         raise UsageError("FILE: '-' can be read once only")
-    outputs = {"--csv": csv, "--json": None if json_ == "-" else json_, "--plot": plot, "--html": html}
-    paths = {name: Path(text) for name, text in outputs.items() if text is not None}
+    outputs = {"--csv": csv, "--json": json_, "--plot": plot, "--html": html}
+    printed = _printed(outputs)
+    paths = {name: Path(text) for name, text in outputs.items() if text is not None and name != printed}
+    if printed or not quiet:
+        check_open(sys.stdout, "standard output")
     _check_outputs(paths, endpoints, overwrite)
     if "--plot" in paths:
         from ..compare.plot import check_plot
@@ -86,12 +90,14 @@ def compare(
 
         viewer_library()
     comparisons = _compared(dict(zip(sources, endpoints, strict=True)), texts, peers, quiet)
-    from ..compare.table import to_json, to_text
+    from ..compare.table import to_text
     from ..io.target import replace_files
 
-    replace_files({path: _written(name, path, comparisons) for name, path in paths.items()})
-    if json_ == "-":
-        click.echo(to_json(comparisons), nl=False)
+    written = {path: _written(name, path, comparisons) for name, path in paths.items()}
+    unwind()
+    replace_files(written)
+    if printed:
+        click.echo(_written(printed, Path("-"), comparisons), nl=False)
     elif not quiet:
         click.echo(to_text(comparisons))
     failed = [comparison for comparison in comparisons if comparison.failed]
@@ -99,7 +105,25 @@ def compare(
         # What was printed must stand before the line that tells of the failure.
         sys.stdout.flush()
         names = ", ".join(comparison.file for comparison in failed)
-        raise InputError(failed[0].rows[0].note if len(comparisons) == 1 else f"could not be compared: {names}")
+        reason = f"{names}: {failed[0].rows[0].note}"
+        raise InputError(reason if len(comparisons) == 1 else f"could not be compared: {names}")
+
+
+def _printed(outputs: dict[str, str | None]) -> str | None:
+    """The option that wants its file on standard output, if there is one.
+
+    Raises
+    ------
+    UsageError
+        Where it is more than one, or a picture or a page.
+    """
+    names = [name for name, text in outputs.items() if text == "-"]
+    for name in names:
+        if name not in ("--csv", "--json"):
+            raise UsageError(f"{name}: '-' is for --csv and --json: give a file")
+    if len(names) > 1:
+        raise UsageError(f"{' and '.join(names)}: standard output takes one of them: give the other a file")
+    return names[0] if names else None
 
 
 def _tolerances(text: str) -> list[str]:
@@ -146,7 +170,8 @@ def _written(name: str, path: Path, comparisons: list[Comparison]) -> bytes:
         return write_page(comparisons)
     from ..compare.table import to_csv, to_json
 
-    return (to_csv if name == "--csv" else to_json)(comparisons).encode("utf-8")
+    # Names of files need not be Unicode.
+    return (to_csv if name == "--csv" else to_json)(comparisons).encode("utf-8", "backslashreplace")
 
 
 def _compared(files: dict[str, Endpoint], texts: list[str], peers: bool, quiet: bool) -> list[Comparison]:

@@ -7,8 +7,9 @@ import stat
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
-from ..errors import InputError, UsageError
+from ..errors import InputError, OutputError, UsageError
 
 FORMATS = ("obj", "ply", "off", "stl", "glb", "gltf")
 """Read and written; what else is read is trimesh's to say."""
@@ -92,6 +93,17 @@ def check_output(path: Path, name: str, overwrite: bool) -> None:
         raise UsageError(f"{path}: cannot be {name}: {error.strerror}") from None
     if stat.S_ISREG(mode) and not overwrite:
         raise UsageError(f"{path}: exists: give --overwrite to replace it")
+
+
+def check_open(stream: TextIO | None, name: str) -> None:
+    """Refuse to work for a stream that is closed.
+
+    Raises
+    ------
+    OutputError
+    """
+    if stream is None:
+        raise OutputError(f"{name} is closed: there is nowhere to write to")
 
 
 def _format(path: Path | None, given: str | None, name: str, option: str) -> str:

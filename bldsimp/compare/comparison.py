@@ -94,7 +94,8 @@ def compare_file(
     except InternalError:
         raise
     except BldsimpError as error:
-        return Comparison(file, None, 0.0, {}, [Row(file, "", "original", note=f"failed: {error}")], failed=True)
+        reason = str(error).removeprefix(f"{file}: ")
+        return Comparison(file, None, 0.0, {}, [Row(file, "", "original", note=f"failed: {reason}")], failed=True)
     return Comparison(file, contest.judge.original, diagonal(scene), lengths, rows)
 
 

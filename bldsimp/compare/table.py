@@ -6,8 +6,10 @@ import csv
 import io
 import json
 import textwrap
+from collections.abc import Sequence
 from typing import Any
 
+from ..report import one_line
 from .row import COLUMNS, Comparison, Row
 
 SCHEMA = "bldsimp.comparison/1"
@@ -26,13 +28,8 @@ def to_text(comparisons: list[Comparison]) -> str:
 
 def to_csv(comparisons: list[Comparison]) -> str:
     """All rows under the header `COLUMNS`; empty where there is no figure, truth as ``true`` and ``false``."""
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(COLUMNS)
-    for comparison in comparisons:
-        for row in comparison.rows:
-            lines.writerow([_plain(getattr(row, name)) for name in COLUMNS])
-    return text.getvalue()
+    rows = [[_plain(getattr(row, name)) for name in COLUMNS] for each in comparisons for row in each.rows]
+    return "".join(map(_line, [COLUMNS, *rows]))
 
 
 def to_json(comparisons: list[Comparison]) -> str:
@@ -54,6 +51,14 @@ def _values(row: Row) -> dict[str, Any]:
     return {**{name: getattr(row, name) for name in COLUMNS}, "statistics": row.statistics}
 
 
+def _line(cells: Sequence[str]) -> str:
+    """One line of CSV, ending in a newline."""
+    text = io.StringIO()
+    # Told to end lines in a newline alone, the writer would leave a carriage return in a name unquoted.
+    csv.writer(text, lineterminator="\r\n").writerow(cells)
+    return text.getvalue().removesuffix("\r\n") + "\n"
+
+
 def _plain(value: object) -> str:
     """A value as a program reads it back exactly."""
     if value is None:
@@ -65,7 +70,7 @@ def _blocks(comparison: Comparison) -> str:
     """One file: a head, then a table for each tolerance."""
     if comparison.failed:
         return _wrapped(f"{comparison.file}: ", comparison.rows[0].note)
-    blocks = [f"{comparison.file}: diagonal {comparison.diagonal:.6g}, lengths in model units"]
+    blocks = [f"{one_line(comparison.file)}: diagonal {comparison.diagonal:.6g}, lengths in model units"]
     for text, length in comparison.tolerances.items():
         rows = [row for row in comparison.rows if row.tolerance == text]
         shown = f"tolerance {text}" if text == f"{length:g}" else f"tolerance {text} ({length:.3g})"
@@ -130,4 +135,4 @@ def _statistics(rows: list[Row]) -> list[str]:
 
 
 def _wrapped(head: str, text: str) -> str:
-    return textwrap.fill(head + text, WIDTH, subsequent_indent="    ", break_on_hyphens=False)
+    return textwrap.fill(one_line(head + text), WIDTH, subsequent_indent="    ", break_on_hyphens=False)

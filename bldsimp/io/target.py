@@ -29,11 +29,12 @@ def replace_files(files: dict[Path, bytes]) -> None:
     try:
         for path, data in files.items():
             where = path
-            target = Path(os.path.realpath(path))
-            if target.exists() and not target.is_file():
-                with open(target, "wb") as stream:
+            if path.exists() and not path.is_file():
+                # By its own name: what /dev/stdout or /dev/fd/3 lead to need not have one.
+                with open(path, "wb") as stream:
                     stream.write(data)
                 continue
+            target = Path(os.path.realpath(path))
             beside = target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp")
             temporary[beside] = target
             with open(beside, "xb") as stream:
