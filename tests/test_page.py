@@ -241,6 +241,14 @@ def test_the_chart_puts_more_points_higher_and_larger_tolerances_farther_right()
     assert chart_svg(Comparison("a", None, 0.0, {}, []), {}, {}) == ""
 
 
+def test_a_line_without_marks_is_seen_at_a_single_tolerance() -> None:
+    each = comparison()
+    svg = chart_svg(each, lines_of([each]), {})
+    curves = [part.split('d="M')[1].split('"')[0] for part in svg.split('class="curve"')[1:]]
+    lengths = [np.ptp([float(spot.split()[0]) for spot in curve.split("L")]) for curve in curves]
+    assert sorted(lengths) == [0.0, 0.0, 16.0]
+
+
 @pytest.mark.parametrize("log", [True, False])
 @pytest.mark.parametrize("most", [3, 12, 99, 976, 25_184, 1_000_000])
 def test_ticks_are_few_and_within(most: float, log: bool) -> None:

@@ -19,7 +19,7 @@ from PIL import Image
 from shapes import fine_box, obj_text, write
 
 from bldsimp.cli import main
-from bldsimp.compare.plot import LINES, OTHERS, chart, check_plot, write_plot
+from bldsimp.compare.plot import LINES, OTHERS, chart, check_plot, positions, write_plot
 from bldsimp.compare.row import Comparison, Row
 from bldsimp.compare.surface import Surface
 from bldsimp.errors import UsageError
@@ -174,9 +174,33 @@ def test_other_suffixes_are_wrong_usage() -> None:
         check_plot(".jpg")
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", ["$x_y$.obj", "$a.obj", "$\\frac{$.obj", "a\tb\x1b.obj", "漢字.obj", "caf\udce9.obj"])
+def test_names_are_shown_as_they_are(name: str) -> None:
+    failed = Comparison(name, None, 0.0, {}, [Row(name, "", "", note=f"{name}: no faces")])
+    shown = words(write_plot([house(name), failed], ".svg"))
+    plain = name.replace("\t", " ").replace("\x1b", " ").replace("\udce9", "?")
+    assert {plain, f"{plain}: no faces"} <= set(shown)
+
+
+def test_at_a_single_tolerance_the_original_is_seen() -> None:
+    whole = house()
+    single = [row for row in whole.rows if row.tolerance == "0.1%"]
+    (axes,) = chart([Comparison("a.obj", SURFACE, 10.0, {"0.1%": 0.01}, single)]).axes
+    drawn = {tuple(line.get_ydata()): line.get_marker() for line in axes.lines if len(line.get_xdata()) == 1}
+    assert len(drawn) >= 3
+    assert all(marker not in ("", "None") for marker in drawn.values())
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_smallest_model_has_its_places() -> None:
+    least = Comparison("a.obj", SURFACE, 3e-310, {"auto": 6e-323, "1%": 3e-312}, [])
+    assert positions(least) == pytest.approx({"auto": 2e-11, "1%": 1.0}, rel=0.1)
+
+
 def test_without_matplotlib_one_line_tells_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(UsageError, match=r"pip install 'bldsimp\[plots\]'"):
+    with pytest.raises(UsageError, match="pip install matplotlib"):
         write_plot([house()], ".svg")
 
 

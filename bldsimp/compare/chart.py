@@ -17,6 +17,9 @@ LEFT, RIGHT, TOP, BOTTOM = 58, 20, 14, 46
 LABEL_APART = 40
 """Names of tolerances that are nearer than this to each other stand in two rows."""
 
+LONE = 8
+"""Half the length of a line without marks at a single tolerance."""
+
 MARKS = {
     "s": "M-4-4h8v8h-8z",
     "o": "M-4.5 0a4.5 4.5 0 1 0 9 0a4.5 4.5 0 1 0-9 0z",
@@ -133,6 +136,10 @@ def _shape(line: Line, filled: bool) -> str:
 
 
 def _curve(spots: Sequence[tuple[float, float]], line: Line) -> str:
+    if len(spots) == 1 and not line.marker:
+        # Neither a line nor a mark would be seen.
+        ((x, y),) = spots
+        spots = [(x - LONE, y), (x + LONE, y)]
     return f'<path class="curve" {_stroke(line)} d="M{"L".join(f"{x} {y}" for x, y in spots)}"/>'
 
 

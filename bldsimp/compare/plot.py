@@ -10,12 +10,14 @@ import io
 import math
 import re
 import textwrap
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
+from ..report import one_line
 from .comparison import SAME_POINTS
 from .row import Comparison, Row
 
@@ -104,7 +106,9 @@ def write_plot(comparisons: Sequence[Comparison], suffix: str) -> bytes:
     check_plot(suffix)
     import matplotlib
 
-    with matplotlib.rc_context():
+    with matplotlib.rc_context(), warnings.catch_warnings():
+        # A name in a script that the font lacks shows as boxes, which need no words.
+        warnings.filterwarnings("ignore", r"Glyph \d+")
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(RC)
         return saved(chart(comparisons), suffix.lower().removeprefix("."))
@@ -122,7 +126,7 @@ def check_plot(suffix: str) -> None:
     try:
         import matplotlib.figure  # noqa: F401
     except ImportError as error:
-        raise UsageError("charts need matplotlib: pip install 'bldsimp[plots]'") from error
+        raise UsageError("charts need matplotlib: pip install matplotlib") from error
 
 
 def saved(figure: Figure, kind: str) -> bytes:
@@ -142,7 +146,7 @@ def chart(comparisons: Sequence[Comparison]) -> Figure:
     columns = min(max(len(comparisons), 1), COLUMNS_AT_MOST)
     rows = max(-(-len(comparisons) // columns), 1)
     width = round(columns * PANEL[0] * 14)
-    words = "\n".join(textwrap.fill(text, width) for text in remarks(comparisons))
+    words = "\n".join(textwrap.fill(verbatim(text), width) for text in remarks(comparisons))
     legend_columns = min(len(lines), 1 + columns)
     legend_rows = -(-len(lines) // legend_columns) if lines else 0
     below = 0.25 + 0.19 * legend_rows + 0.13 * len(words.splitlines())
@@ -221,6 +225,11 @@ def lacking(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
     return methods
 
 
+def verbatim(text: str) -> str:
+    """Words of unknown origin as matplotlib shows them as they are: no formulas, no control characters."""
+    return one_line(text).replace("$", r"\$")
+
+
 def gist(note: str) -> str:
     """A note without its figures, which stand in brackets at its end and differ from row to row."""
     return re.sub(r"\s*\([^()]*\)$", "", note)
@@ -228,7 +237,7 @@ def gist(note: str) -> str:
 
 def draw(axes: Axes, comparison: Comparison, lines: dict[str, Line]) -> dict[str, Any]:
     """One panel; returns what the legend shows of each method."""
-    axes.set_title(Path(comparison.file).name, loc="left", weight="bold")
+    axes.set_title(verbatim(Path(comparison.file).name), loc="left", weight="bold")
     rows = [row for row in comparison.rows if drawable(row)]
     if not rows:
         say_why(axes, comparison)
@@ -246,7 +255,8 @@ def draw(axes: Axes, comparison: Comparison, lines: dict[str, Line]) -> dict[str
             color=line.colour,
             linestyle=line.dashes,
             linewidth=line.width,
-            marker=line.marker,
+            # A line of one point would not be seen without one.
+            marker=line.marker or ("_" if len(x) == 1 else ""),
             markersize=5.5,
             # Open markers show what lies below them, where methods agree.
             markerfacecolor=line.colour if method == "improved" else "none",
@@ -268,8 +278,8 @@ def draw(axes: Axes, comparison: Comparison, lines: dict[str, Line]) -> dict[str
 
 def positions(comparison: Comparison) -> dict[str, float]:
     """Where each tolerance stands, percent of the diagonal; 0 a decade below the least other one."""
-    scale = 100.0 / comparison.diagonal if comparison.diagonal > 0.0 else 1.0
-    percent = {written: value * scale for written, value in comparison.tolerances.items()}
+    whole = comparison.diagonal or 100.0
+    percent = {written: 100.0 * (value / whole) for written, value in comparison.tolerances.items()}
     least = min((value for value in percent.values() if value > 0.0), default=1.0)
     return {written: value or least / 10.0 for written, value in percent.items()}
 
@@ -330,7 +340,7 @@ def tell(axes: Axes, x: Sequence[float], y: Sequence[int]) -> None:
 def say_why(axes: Axes, comparison: Comparison) -> None:
     """A panel without a chart: the reason, in words."""
     reasons = dict.fromkeys(row.note for row in comparison.rows if row.note)
-    text = textwrap.fill("; ".join(reasons) or "no figures", 48)
+    text = textwrap.fill(verbatim("; ".join(reasons)) or "no figures", 48)
     axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="#444444")
     axes.set_axis_off()
 
