@@ -359,7 +359,8 @@ class TestCommand:
     def test_a_closed_standard_output_is_told_before_the_work(self, house: Path, tmp_path: Path) -> None:
         script = f'exec "$@" compare {house.name} --csv o.csv >&-'
         command = ["sh", "-c", script, "sh", *COMMAND]
-        one_error(subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60), 1, "standard output is closed")
+        result = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60)
+        one_error(result, 1, "standard output is closed")
         assert names(tmp_path) == ["house.obj"]
 
     @pytest.mark.skipif(sys.platform == "darwin", reason="names of files are Unicode there")
