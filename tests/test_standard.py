@@ -213,6 +213,8 @@ def test_faces_that_were_kept_are_cut_where_their_neighbours_are() -> None:
     mesh.parts[1] = dataclasses.replace(mesh.parts[1], attributes=("TEXCOORD_0",))
     outcome, result = both(mesh)
     assert result.facets == {Conformity.KEPT: upright.sum(), Conformity.DELAUNAY: 2}
+    told = standard_surface(Scene(None, "arrays", [mesh], 0), [outcome]).note
+    assert told == f"{upright.sum()} facets as improved"
     assert len(result.points) > len(outcome.points)
     assert set(edge_uses(result.triangles)) == {2}
     assert area_and_volume(result.points, result.triangles) == pytest.approx(

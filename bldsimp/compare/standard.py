@@ -136,10 +136,10 @@ def standard_surface(scene: Scene, outcomes: list[Outcome]) -> Standard:
 
 def _note(facets: Counter[Conformity]) -> str:
     stopped = facets[Conformity.STOPPED]
-    crossing = facets[Conformity.CROSSING] + facets[Conformity.CLASH]
+    same = sum(facets.values()) - facets[Conformity.DELAUNAY] - stopped
     notes = []
     if stopped:
         notes.append(f"stopped ({stopped} facet{'s' * (stopped > 1)})")
-    if crossing:
-        notes.append(f"{crossing} facet{'s' * (crossing > 1)} as improved")
+    if same:
+        notes.append(f"{same} facet{'s' * (same > 1)} as improved")
     return ", ".join(notes)
