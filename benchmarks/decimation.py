@@ -45,7 +45,9 @@ class InSinglePrecision:
     def __init__(self, variant: FastSimplification, origin: NDArray[np.float64]) -> None:
         self.variant, self.origin = variant, origin
 
-    def __call__(self, points: NDArray[np.float64], faces: NDArray[np.int32], target: int):
+    def __call__(
+        self, points: NDArray[np.float64], faces: NDArray[np.int32], target: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         """Points about the middle, and faces."""
         stored = (points + self.origin).astype(np.float32).astype(np.float64)
         found, cells = self.variant(stored, faces, target)

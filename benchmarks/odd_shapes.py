@@ -498,7 +498,7 @@ def main() -> None:
         for make, size in cases:
             if args.only not in make.__name__:
                 continue
-            rows.append(kind(make, size, args.runs))  # type: ignore[operator]
+            rows.append(kind(make, size, args.runs))
     print(table(header, rows))
 
 

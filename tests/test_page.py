@@ -363,10 +363,10 @@ class Page:
         return [entry["message"] for entry in entries if entry["level"] == "SEVERE"]
 
     def requests(self) -> list[str]:
-        """Addresses that were asked for, but the page's own."""
+        """Addresses that were asked for, but the page's own, and what the browser shows before it."""
         messages = [json.loads(entry["message"])["message"] for entry in self.browser.get_log("performance")]
         asked = [each["params"]["request"]["url"] for each in messages if each["method"] == "Network.requestWillBeSent"]
-        return [url for url in asked if not url.startswith(("file:", "data:", "blob:"))]
+        return [url for url in asked if not url.startswith(("file:", "data:", "blob:", "chrome:", "chrome-untrusted:"))]
 
 
 def changed(a: np.ndarray, b: np.ndarray) -> float:
