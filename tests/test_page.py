@@ -12,6 +12,7 @@ import time
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -390,6 +391,35 @@ def opened(browser: Any, written: Path) -> Iterator[Page]:
     yield page
     assert page.errors() == []
     assert page.requests() == []
+
+
+def test_the_table_fits_a_usual_window_and_its_head_stays(browser: Any, tmp_path: Path) -> None:
+    each = comparison()
+    names = ("original", "improved", "fast-simplification lossless", "fast-simplification same points")
+    for one, name in zip(each.rows, names, strict=True):
+        one.method, one.points, one.triangles, one.deviation, one.bound = name, 1234567, 2345678, 1.23e-06, 1.23e-06
+        one.seconds, one.note = 123.45, "same deviation as improved (1.04e-06 and 9.5e-07 that single precision blurs)"
+    each.tolerances = {f"{k}%": k / 1000 for k in range(1, 9)}
+    each.rows = [replace(one, tolerance=written) for written in each.tolerances for one in each.rows]
+    path = tmp_path / "wide.html"
+    path.write_bytes(write_page([each]))
+    browser.set_window_size(1400, 900)
+    try:
+        page = Page(browser, path)
+        told = "const rows = document.querySelector('.rows'), head = rows.querySelector('thead th');"
+        measured = browser.execute_script(
+            told + "rows.scrollTop = 1e6;"
+            " return [rows.scrollWidth, rows.clientWidth, rows.scrollTop, rows.clientHeight,"
+            " head.getBoundingClientRect().top - rows.getBoundingClientRect().top];"
+        )
+        assert page.errors() == []
+    finally:
+        browser.set_window_size(1000, 800)
+    wide, room, scrolled, height, head = measured
+    assert wide <= room
+    assert scrolled > 0
+    assert height < 900
+    assert abs(head) < 2
 
 
 def test_both_views_are_drawn(opened: Page) -> None:
