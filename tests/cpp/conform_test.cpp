@@ -57,11 +57,9 @@ struct Conforming {
 
 Conforming conforming(const Body& body, bool keep_first) {
   const Welded welded = weld(body.points, body.faces, 0.0);
-  std::vector<Index> rows;
-  for (const Face& face : welded.rows) rows.insert(rows.end(), face.begin(), face.end());
   const auto points = std::span<const Vec3>(welded.points);
   const auto faces = std::span<const Face>(welded.faces);
-  const Halfedges halfedges = pair_halfedges(points, faces, rows, 0.0);
+  const Halfedges halfedges = pair_halfedges(points, faces, Rows{}, 0.0);
   const std::vector<Index> label(faces.size(), 0);
   const Facets facets = find_facets(points, faces, halfedges.twin, label, {0, 0, 0}, {0, 0, 0});
   std::vector<std::uint8_t> keep(facets.planes.size(), 0);
@@ -75,7 +73,8 @@ Conforming conforming(const Body& body, bool keep_first) {
   const Grouped grouped = group_faces(facets);
   std::vector<Index> wanted;
   for (Index f = 0; f < std::ssize(facets.planes); ++f) wanted.push_back(f);
-  const FacetParts parts{points, faces, grouped.start, grouped.order, facets.planes, outlines, pieces, kept};
+  const std::vector<double> reach(facets.planes.size(), 0.0);
+  const FacetParts parts{points, faces, grouped.start, grouped.order, facets.planes, outlines, pieces, kept, reach};
   const Patches patches = retriangulate(parts, wanted, keep);
   return {conform({points, facets.planes, outlines, pieces, patches.triangles, patches.facet_of_triangle, keep}),
           patches.triangles.size()};
