@@ -339,16 +339,17 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,
-         Bytes kept) {
+         Indices part_of_facet, Bytes kept) {
         std::vector<Face> found;
         {
           nb::gil_scoped_release release;
           found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces),
-                            seen(&face_rows), flat(facet_of_face), flat(kept));
+                            seen(&face_rows), flat(facet_of_face), flat(part_of_facet), flat(kept));
         }
         return give<Index>(std::move(found));
       },
-      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "kept"_a);
+      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "part_of_facet"_a,
+      "kept"_a);
 }
 
 // Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.

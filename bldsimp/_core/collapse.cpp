@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <queue>
+#include <set>
 #include <unordered_map>
 
 #include "cover.hpp"
@@ -21,8 +22,8 @@ constexpr double kTurned = 0.2;
 constexpr double kNeedle = 1e-3;
 // Weight of an edge's length among costs: of equal ones the shortest goes first.
 constexpr double kLength = 1e-6;
-// Precision of the final bound, as a share of the tolerance.
-constexpr double kPrecision = 1e-3;
+// Precision of the final bound, as a share of the tolerance, of which it takes as much away.
+constexpr double kPrecision = 5e-3;
 constexpr int kMostRounds = 8;
 
 // Sum of squared distances to weighted planes: p A p + 2 b p + c.
@@ -54,6 +55,7 @@ struct Candidate {
 struct Edge {
   std::array<Index, 2> ends;
   int kind;  // of how many faces: 0 border, 1 other
+  std::vector<std::array<Index, 2>> labels;  // of its faces
 };
 
 struct HashFace {
@@ -140,6 +142,7 @@ class Collapser {
   double deviation(std::span<const Face> result) const;
 
   CollapseInput input_;
+  double limit_;
   std::vector<Vec3> points_;  // about a local origin
   Single single_;
   std::vector<Face>& faces_;
@@ -168,7 +171,7 @@ class Collapser {
 };
 
 Collapser::Collapser(const CollapseInput& input)
-    : input_(input), single_(without_copies(input.triangles)), faces_(single_.faces) {
+    : input_(input), limit_((1 - kPrecision) * input.tolerance), single_(without_copies(input.triangles)), faces_(single_.faces) {
   const std::size_t n = input.points.size();
   const Vec3 middle = n ? input.points[n / 2] : Vec3{0, 0, 0};
   points_.reserve(n);
@@ -181,7 +184,7 @@ Collapser::Collapser(const CollapseInput& input)
   for (std::size_t f = 0; f < faces_.size(); ++f)
     for (const Index p : faces_[f]) star_[p].push_back(static_cast<Index>(f));
   tree_.emplace(points_, input.surface);
-  cover_.emplace(points_, input.surface, faces_, input.tolerance);
+  cover_.emplace(points_, input.surface, faces_, limit_);
   find_borders();
   fix_points();
   add_quadrics();
@@ -192,7 +195,9 @@ std::vector<Edge> borders(std::span<const Face> faces, std::size_t points, auto 
   std::vector<Edge> found;
   EdgeBuckets(faces, static_cast<Index>(points)).visit(0, static_cast<Index>(points), [&](std::span<const Index> edge) {
     if (edge.size() == 2 && label(edge[0] / 3) == label(edge[1] / 3)) return;
-    found.push_back({{origin(faces, edge[0]), target(faces, edge[0])}, edge.size() == 1 ? 0 : 1});
+    found.push_back({{origin(faces, edge[0]), target(faces, edge[0])}, edge.size() == 1 ? 0 : 1, {}});
+    for (const Index h : edge) found.back().labels.push_back(label(h / 3));
+    std::sort(found.back().labels.begin(), found.back().labels.end());
   });
   return found;
 }
@@ -211,12 +216,12 @@ void Collapser::find_borders() {
     for (const Index p : edges_[e].ends) rim_[p].push_back(static_cast<Index>(e));
   // Borders of the surface itself; edges between labels are followed as they are now.
   const Single whole = without_copies(input_.surface);
-  const auto own = borders(whole.faces, points_.size(), [](Index) { return 0; });
+  const auto own = borders(whole.faces, points_.size(), [](Index) { return std::array<Index, 2>{}; });
   for (int kind = 0; kind < 2; ++kind) {
     const auto now = flat_faces(edges_, kind), before = kind == 0 ? flat_faces(own, kind) : now;
     if (kind == 0) first_edge_[1] = static_cast<Index>(now.size());
     edge_tree_[kind].emplace(points_, before);
-    edge_cover_[kind].emplace(points_, before, now, input_.tolerance);
+    edge_cover_[kind].emplace(points_, before, now, limit_);
   }
 }
 
@@ -224,7 +229,12 @@ void Collapser::find_borders() {
 void Collapser::fix_points() {
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const auto& rim = rim_[p];
-    fixed_[p] = !rim.empty() && (rim.size() != 2 || edges_[rim[0]].kind != edges_[rim[1]].kind);
+    std::set<std::array<Index, 2>> here, along;
+    for (const Index f : star_[p]) here.insert(label_of(f));
+    if (rim.size() == 2 && edges_[rim[0]].labels == edges_[rim[1]].labels)
+      along.insert(edges_[rim[0]].labels.begin(), edges_[rim[0]].labels.end());
+    // Sheets of other labels that only touch here would leave the points of their part.
+    fixed_[p] = rim.empty() ? here.size() > 1 : here != along;
   }
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const bool stays = input_.pinned[single_.index[f]] || (single_.copy[f] >= 0 && input_.pinned[single_.copy[f]]);
@@ -384,7 +394,7 @@ Collapser::Refused Collapser::shape() const {
     const Vec3 n = normal(faces_[f]), m = normal(made);
     const double size = length(n);
     const double longest = longest_side(corners(faces_[f]));
-    if (size > input_.tolerance * longest && dot(n, m) < kTurned * size * length(m)) return Refusal::fold;
+    if (size > limit_ * longest && dot(n, m) < kTurned * size * length(m)) return Refusal::fold;
     after.push_back({made, true});
   }
   for (const Index f : now.around) after.push_back({faces_[f], false});
@@ -401,7 +411,7 @@ bool Collapser::backward() {
     const auto [entry, added] = held_.try_emplace(sorted(made), false);
     if (added) {
       Index nearest = 0;
-      entry->second = tree_->holds(corners(made), input_.tolerance, nearest);
+      entry->second = tree_->holds(corners(made), limit_, nearest);
     }
     if (!entry->second) return false;
   }
@@ -413,7 +423,7 @@ bool Collapser::backward_edge() {
   const Edge& rest = edges_[now_.rest];
   const Vec3 p = points_[rest.ends[rest.ends[0] == now_.a]], b = points_[now_.b];
   Index nearest = 0;
-  return edge_tree_[rest.kind]->holds({p, b, b}, input_.tolerance, nearest);
+  return edge_tree_[rest.kind]->holds({p, b, b}, limit_, nearest);
 }
 
 bool Collapser::forward() {
@@ -510,7 +520,7 @@ double Collapser::farthest(std::span<const Face> faces, const FaceTree& other) c
     some.push_back(points_[a]);
     some.push_back((1.0 / 3) * (points_[a] + points_[b] + points_[c]));
   }
-  const double precision = kPrecision * input_.tolerance;
+  const double precision = kPrecision / (1 - kPrecision) * limit_;
   const double least = other.farthest(some, std::numeric_limits<double>::infinity()) + precision;
   std::vector<double> reach(faces.size());
   parallel_for(

@@ -22,7 +22,7 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 constexpr double kFinest = 1.0 / 64;
 
 // Halves of one triangle: far more than any but a made-up case needs. What is left then counts as it is.
-constexpr int kMostHalves = 10000;
+constexpr int kMostHalves = 1000000;
 
 std::vector<Index> all(std::size_t count) {
   std::vector<Index> members(count);
