@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from . import _core
 from .assembled import Assembled, Layout
+from .collapse import collapsed
 from .ladder import climb
-from .options import AUTO_DIAGONAL, DEFAULTS, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
+from .options import AUTO_DIAGONAL, DEFAULTS, LADDER_SHARE, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
 from .scene import LARGEST_COORDINATE, Faces, Indices, Light, Mesh, Points
 from .triangulation import Statistics
@@ -144,11 +145,11 @@ def simplify_mesh(
     first = _simplify_at_once(mesh, AUTO_DIAGONAL * diagonal, options, False)
     left = dataclasses.replace(mesh, faces=first.light.faces, part_of_face=first.light.part_of_face)
     welded = dataclasses.replace(options, weld=0.0)
-    return first.followed_by(_simplify_at_once(left, tolerance - first.deviation, welded, with_layout))
+    return first.followed_by(_simplify_at_once(left, tolerance - first.deviation, welded, with_layout, collapse=True))
 
 
-def _simplify_at_once(mesh: Mesh, tolerance: float, options: Options, with_layout: bool) -> Outcome:
-    """Every stage once."""
+def _simplify_at_once(mesh: Mesh, tolerance: float, options: Options, with_layout: bool, *, collapse: bool = False) -> Outcome:
+    """Every stage once; collapses only where asked for."""
     passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
     welded, moved = _welded(mesh, passed_on, options.weld)
     points = welded.points
@@ -158,6 +159,7 @@ def _simplify_at_once(mesh: Mesh, tolerance: float, options: Options, with_layou
     origin, diagonal, slack = _frame(mesh.box)
     # Squares of it must not leave the range of double precision.
     within = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
+    limit, within = within, LADDER_SHARE * within if collapse else within
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
     rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
     faces, halfedges, turned = _oriented(welded, rows, pinned, width)
@@ -166,8 +168,14 @@ def _simplify_at_once(mesh: Mesh, tolerance: float, options: Options, with_layou
     frozen = np.zeros(len(facets.planes), np.uint8)
     frozen[facets.facet_of_face[pinned]] = 1
     assembled = climb(points, faces, halfedges, facets, within, frozen)
+    part_of_facet = np.zeros(len(assembled.rung), np.int32)
+    part_of_facet[facets.facet_of_face] = part
+    if collapse:
+        assembled = collapsed(assembled, points, faces, part_of_facet, frozen, limit)
     before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
-    light, facet_of_light = _in_rows(mesh, assembled, faces, rows, facets.facet_of_face, welded.source, passed_on)
+    light, facet_of_light = _in_rows(
+        mesh, assembled, faces, rows, facets.facet_of_face, part_of_facet, welded.source, passed_on
+    )
     if moved > 0:
         light.faces = _at_their_points(mesh, light, welded)
     moved += float(assembled.deviation.max(initial=0.0))
@@ -295,16 +303,15 @@ def _in_rows(
     faces: Faces,
     rows: _core.Rows,
     facet_of_face: Indices,
+    part_of_facet: Indices,
     source: Indices,
     passed_on: NDArray[np.bool_],
 ) -> tuple[Light, Indices]:
     """The result in rows of the mesh, and its facets; parts that are passed on keep their faces to the letter."""
     facet = assembled.facet_of_triangle
-    found = _core.find_rows(assembled.triangles, facet, faces, rows, facet_of_face, assembled.kept)
+    found = _core.find_rows(assembled.triangles, facet, faces, rows, facet_of_face, part_of_facet, assembled.kept)
     if not passed_on.any() and len(passed_on) == 1:
         return Light(found, np.zeros(len(found), np.int32)), facet
-    part_of_facet = np.zeros(len(assembled.rung), np.int32)
-    part_of_facet[facet_of_face] = mesh.part_of_face[source]
     part_of_triangle = part_of_facet[facet]
     fresh = ~passed_on[part_of_triangle]
     untouched = passed_on[mesh.part_of_face]

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "cdt.hpp"
+#include "collapse.hpp"
 #include "conform.hpp"
 #include "distances.hpp"
 #include "facets.hpp"
@@ -322,19 +323,33 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
+  nb::class_<Collapsed> collapsed(m, "Collapsed");
+  def_view<Index>(collapsed, "triangles", &Collapsed::triangles);
+  def_view<Index>(collapsed, "source", &Collapsed::source);
+  def_view<Index>(collapsed, "refusals", &Collapsed::refusals);
+  collapsed.def_ro("deviation", &Collapsed::deviation).def_ro("accepted", &Collapsed::accepted);
+  m.def(
+      "collapse",
+      [](Points3 points, Faces3 surface, Faces3 triangles, Indices label, Bytes pinned, double tolerance) {
+        nb::gil_scoped_release release;
+        return collapse({rows<Vec3>(points), rows<Face>(surface), rows<Face>(triangles), flat(label), flat(pinned),
+                         tolerance});
+      },
+      "points"_a, "surface"_a, "triangles"_a, "label"_a, "pinned"_a, "tolerance"_a);
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,
-         Bytes kept) {
+         Indices part_of_facet, Bytes kept) {
         std::vector<Face> found;
         {
           nb::gil_scoped_release release;
           found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces),
-                            seen(&face_rows), flat(facet_of_face), flat(kept));
+                            seen(&face_rows), flat(facet_of_face), flat(part_of_facet), flat(kept));
         }
         return give<Index>(std::move(found));
       },
-      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "kept"_a);
+      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "part_of_facet"_a,
+      "kept"_a);
 }
 
 // Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.

@@ -18,23 +18,11 @@ constexpr std::size_t kLeastBlocks = 4;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
+// Parts of a triangle shorter than this share of the limit are not halved again.
+constexpr double kFinest = 1.0 / 64;
+
 // Halves of one triangle: far more than any but a made-up case needs. What is left then counts as it is.
-constexpr int kMostHalves = 10000;
-
-double square(double value) { return value * value; }
-
-// Squared distance of (x, y) to the segment from the origin to (u, v), of which one is not 0.
-double squared_segment_distance(double x, double y, double u, double v) {
-  const double t = std::clamp((x * u + y * v) / (u * u + v * v), 0.0, 1.0);
-  return square(x - t * u) + square(y - t * v);
-}
-
-// Along an edge between two faces no part of a triangle that lies over both is nearer to one than its height.
-double height(const std::array<Vec3, 3>& triangle) {
-  const auto& [a, b, c] = triangle;
-  const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-  return longest > 0 ? length(cross(b - a, c - a)) / longest : 0;
-}
+constexpr int kMostHalves = 1000000;
 
 std::vector<Index> all(std::size_t count) {
   std::vector<Index> members(count);
@@ -44,45 +32,10 @@ std::vector<Index> all(std::size_t count) {
 
 }  // namespace
 
-// Directions are unit vectors made square to each other, so that the triangle in its frame is the one
-// stored but for a few roundings, however thin it is.
-FaceTree::Triangle FaceTree::framed(Vec3 a, Vec3 b, Vec3 c) {
-  const double ab = length(b - a), bc = length(c - b), ca = length(a - c);
-  if (bc > ab && bc >= ca)
-    std::tie(a, b, c) = std::tuple(b, c, a);
-  else if (ca > ab)
-    std::tie(a, b, c) = std::tuple(c, a, b);
-  Triangle t{a, {0, 0, 0}, {0, 0, 0}, length(b - a), 0, 0};
-  if (t.length == 0) return t;
-  t.x = (1 / t.length) * (b - a);
-  const Vec3 side = c - a;
-  t.foot = dot(side, t.x);
-  Vec3 up = side - t.foot * t.x;
-  up = up - dot(up, t.x) * t.x;
-  t.height = length(up);
-  if (t.height > 0) t.y = (1 / t.height) * up;
-  return t;
-}
-
-double FaceTree::Triangle::squared_distance(Vec3 p) const {
-  const Vec3 way = p - origin;
-  const double u = dot(way, x);
-  const Vec3 rest = way - u * x;
-  const double v = dot(rest, y);
-  const Vec3 out = rest - v * y;
-  const double across = dot(out, out);
-  if (v <= 0) return across + square(v) + square(u - std::clamp(u, 0.0, length));
-  const bool left = foot * v > height * u, right = (length - foot) * v > height * (length - u);
-  double within = left || right ? kFar : 0.0;
-  if (left) within = squared_segment_distance(u, v, foot, height);
-  if (right) within = std::min(within, squared_segment_distance(u - length, v, foot - length, height));
-  return across + within;
-}
-
 FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces)
     : tree_(points, faces, all(faces.size())) {
   triangles_.reserve(faces.size());
-  for (const auto& [a, b, c] : faces) triangles_.push_back(framed(points[a], points[b], points[c]));
+  for (const auto& [a, b, c] : faces) triangles_.emplace_back(points[a], points[b], points[c]);
 }
 
 double FaceTree::to_face(Vec3 query, Index face) const { return std::sqrt(triangles_[face].squared_distance(query)); }
@@ -103,7 +56,6 @@ double FaceTree::distance(Vec3 query, Index& nearest) const {
 // The distance to one face is greatest at a corner; a triangle whose corners do not tell enough is halved.
 double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const {
   if (triangles_.empty()) return kFar;
-  enough = std::max(enough, height(triangle));
   Index nearest = 0;
   int halves = 0;
   double bound = 0, least = 0;  // of the greatest distance
@@ -118,13 +70,25 @@ double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, doubl
       bound = std::max(bound, most);
       continue;
     }
-    const std::array<double, 3> sides{length(b - a), length(c - b), length(a - c)};
-    const std::size_t i = std::max_element(sides.begin(), sides.end()) - sides.begin();
-    const Vec3 p = now[i], q = now[(i + 1) % 3], r = now[(i + 2) % 3], half = 0.5 * (p + q);
-    left.push_back({p, half, r});
-    left.push_back({half, q, r});
+    for (const auto& half : halved(now)) left.push_back(half);
   }
   return bound;
+}
+
+bool FaceTree::holds(const std::array<Vec3, 3>& triangle, double limit, Index& nearest) const {
+  if (triangles_.empty()) return false;
+  const double finest = limit * kFinest;
+  std::vector<std::array<Vec3, 3>> left{triangle};
+  while (!left.empty()) {
+    const auto now = left.back();
+    const auto& [a, b, c] = now;
+    left.pop_back();
+    if (distance((1.0 / 3) * (a + b + c), nearest) > limit) return false;
+    if (std::max({to_face(a, nearest), to_face(b, nearest), to_face(c, nearest)}) <= limit) continue;
+    if (longest_side(now) < finest) return false;
+    for (const auto& half : halved(now)) left.push_back(half);
+  }
+  return true;
 }
 
 std::vector<double> FaceTree::distances(std::span<const Vec3> queries) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "box_tree.hpp"
+#include "framed.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
@@ -32,23 +33,17 @@ class FaceTree {
   double to_face(Vec3 query, Index face) const;
 
   // How far any point of a triangle is from the faces at most. It is never too small, and exact but for
-  // `precision`, or for `enough` or the height of the triangle where it is less than those. O(log m) for each
+  // `precision`, or for `enough` where it is less than that. O(log m) for each
   // place where the triangle leaves one face for another.
   double reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const;
 
+  // Whether every point of a triangle is within `limit` of the faces. Never wrongly true; false also where more
+  // than a small share of `limit` would have to tell. `nearest` as for `distance`.
+  bool holds(const std::array<Vec3, 3>& triangle, double limit, Index& nearest) const;
+
  private:
-  // A triangle in a frame of its own: its longest side runs from `origin` along `x`, the corner opposite
-  // lies at (foot, height), and both angles at the longest side are acute.
-  struct Triangle {
-    Vec3 origin, x, y;
-    double length, foot, height;
-    double squared_distance(Vec3 p) const;
-  };
-
-  static Triangle framed(Vec3 a, Vec3 b, Vec3 c);
-
   BoxTree tree_;
-  std::vector<Triangle> triangles_;
+  std::vector<FramedTriangle> triangles_;
 };
 
 }  // namespace bldsimp

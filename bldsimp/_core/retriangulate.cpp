@@ -13,6 +13,13 @@
 namespace bldsimp {
 namespace {
 
+// Along an edge between two faces no part of a triangle that lies over both is nearer to one than its height.
+double height(const std::array<Vec3, 3>& triangle) {
+  const auto& [a, b, c] = triangle;
+  const double longest = std::max({length(b - a), length(c - b), length(a - c)});
+  return longest > 0 ? length(cross(b - a, c - a)) / longest : 0;
+}
+
 class Retriangulator {
  public:
   Retriangulator(const FacetParts& parts, const Runs& runs)
@@ -226,7 +233,7 @@ class Retriangulator {
     for (const Index f : folded) {
       const Face& face = parts_.faces[f];
       const std::array needle{in_plane(face[0]), in_plane(face[1]), in_plane(face[2])};
-      const double reach = tree.reach(needle, enough, std::max(1e-3 * limit, rounding));
+      const double reach = tree.reach(needle, std::max(enough, height(needle)), std::max(1e-3 * limit, rounding));
       if (reach <= rounding) continue;
       patches.reach.back() = std::max(patches.reach.back(), reach);
       if (reach <= limit) continue;

@@ -28,10 +28,12 @@ struct Rows {
   }
 };
 
-// For each corner of `triangles` the least input row at that point that a face of the same facet uses.
-// Every triangle's points are points of its facet's faces. O(faces + triangles).
+// For each corner of `triangles` the least input row at that point that a face of the same facet uses, or of the
+// same part where none of the facet does. Every triangle's points are points of its part's faces.
+// O(faces + triangles).
 std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
                             std::span<const Face> faces, const Rows& rows,
-                            std::span<const Index> facet_of_face, std::span<const std::uint8_t> kept);
+                            std::span<const Index> facet_of_face, std::span<const Index> part_of_facet,
+                            std::span<const std::uint8_t> kept);
 
 }  // namespace bldsimp
