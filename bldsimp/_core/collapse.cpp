@@ -157,6 +157,7 @@ class Collapser {
   std::unordered_map<Face, bool, HashFace> held_;  // answers of the backward test, which never change
   std::array<Index, 2> first_edge_{0, 0};  // of each kind
   std::optional<FaceTree> tree_;
+  std::vector<Face> rims_;  // borders of the surface, as faces without area
   std::array<std::optional<FaceTree>, 2> edge_tree_;
   std::optional<Cover> cover_;
   std::array<std::optional<Cover>, 2> edge_cover_;
@@ -220,6 +221,7 @@ void Collapser::find_borders() {
   for (int kind = 0; kind < 2; ++kind) {
     const auto now = flat_faces(edges_, kind), before = kind == 0 ? flat_faces(own, kind) : now;
     if (kind == 0) first_edge_[1] = static_cast<Index>(now.size());
+    if (kind == 0) rims_ = before;
     edge_tree_[kind].emplace(points_, before);
     edge_cover_[kind].emplace(points_, before, now, limit_);
   }
@@ -513,28 +515,39 @@ bool Collapser::pop_all() {
   return any;
 }
 
-// The distances at corners and middles tell how little there is no need to look at closely.
+// The distances at corners and middles tell how little there is no need to look at closely. What lies beyond the
+// limit was so before: a border that closed.
 double Collapser::farthest(std::span<const Face> faces, const FaceTree& other) const {
-  std::vector<Vec3> some;
-  for (const auto& [a, b, c] : faces) {
-    some.push_back(points_[a]);
-    some.push_back((1.0 / 3) * (points_[a] + points_[b] + points_[c]));
-  }
   const double precision = kPrecision / (1 - kPrecision) * limit_;
-  const double least = other.farthest(some, std::numeric_limits<double>::infinity()) + precision;
+  std::vector<Vec3> some;
+  for (const Face& f : faces) {
+    const auto [a, b, c] = corners(f);
+    some.insert(some.end(), {a, (1.0 / 3) * (a + b + c)});
+  }
+  double least = 0;
+  for (const double d : other.distances(some))
+    if (d <= limit_) least = std::max(least, d);
   std::vector<double> reach(faces.size());
   parallel_for(
       faces.size(),
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t f = begin; f < end; ++f)
-          reach[f] = other.reach(corners(faces[f]), least, precision);
+        for (std::size_t f = begin; f < end; ++f) reach[f] = other.reach(corners(faces[f]), least + precision, precision);
       },
       64);
   return reach.empty() ? 0 : *std::max_element(reach.begin(), reach.end());
 }
 
 double Collapser::deviation(std::span<const Face> result) const {
-  return std::max(farthest(input_.surface, FaceTree(points_, result)), farthest(result, *tree_));
+  double most = std::max(farthest(input_.surface, FaceTree(points_, result)), farthest(result, *tree_));
+  const auto label = [](Index) { return std::array<Index, 2>{}; };
+  const auto rim = flat_faces(borders(without_copies(result).faces, points_.size(), label), 0);
+  const FaceTree rim_tree(points_, rim);
+  std::vector<Face> held;
+  for (const Face& edge : rims_) {
+    Index nearest = 0;
+    if (rim_tree.holds(corners(edge), limit_, nearest)) held.push_back(edge);
+  }
+  return std::max({most, farthest(held, rim_tree), farthest(rim, *edge_tree_[0])});
 }
 
 Collapsed Collapser::run() {
