@@ -180,6 +180,15 @@ def test_rows_without_a_surface_and_files_without_rows_stand_in_the_table_only()
     assert elements([failed]).data == {"files": [{}], "surfaces": [], "rows": []}
 
 
+def test_rounding_alone_has_no_colour() -> None:
+    each = comparison()
+    assert each.original is not None
+    turned = np.ascontiguousarray(np.roll(each.original.faces, 1, axis=1)[::-1])
+    each.rows[1].surface = Surface(each.original.points, turned)
+    (row,) = [row for row in elements([each]).data["rows"] if row["caption"][0].startswith("improved")]
+    assert [side["top"] for side in row["distances"]] == [0.0, 0.0]
+
+
 def test_distances_are_those_of_the_surfaces_both_ways() -> None:
     """Of two boxes on one base, the tops are half a unit apart, and every point between knows its own height."""
     original, result = box((0, 0, 0), (2, 2, 2)), box((0, 0, 0), (2, 2, 1.5))
@@ -394,7 +403,7 @@ def opened(browser: Any, written: Path) -> Iterator[Page]:
 
 
 def test_the_table_fits_a_usual_window_and_its_head_stays(browser: Any, tmp_path: Path) -> None:
-    each = comparison()
+    each = comparison("a_name_without_any_space" * 6 + ".obj")
     names = ("original", "improved", "fast-simplification lossless", "fast-simplification same points")
     for one, name in zip(each.rows, names, strict=True):
         one.method, one.points, one.triangles, one.deviation, one.bound = name, 1234567, 2345678, 1.23e-06, 1.23e-06
@@ -410,12 +419,14 @@ def test_the_table_fits_a_usual_window_and_its_head_stays(browser: Any, tmp_path
         measured = browser.execute_script(
             told + "rows.scrollTop = 1e6;"
             " return [rows.scrollWidth, rows.clientWidth, rows.scrollTop, rows.clientHeight,"
-            " head.getBoundingClientRect().top - rows.getBoundingClientRect().top];"
+            " head.getBoundingClientRect().top - rows.getBoundingClientRect().top,"
+            " document.documentElement.scrollWidth - document.documentElement.clientWidth];"
         )
         assert page.errors() == []
     finally:
         browser.set_window_size(1000, 800)
-    wide, room, scrolled, height, head = measured
+    wide, room, scrolled, height, head, beyond = measured
+    assert beyond == 0
     assert wide <= room
     assert scrolled > 0
     assert height < 900

@@ -19,7 +19,7 @@ from PIL import Image
 from shapes import fine_box, obj_text, write
 
 from bldsimp.cli import main
-from bldsimp.compare.plot import LINES, OTHERS, chart, check_plot, positions, write_plot
+from bldsimp.compare.plot import LINES, OTHERS, chart, check_plot, positions, remarks, write_plot
 from bldsimp.compare.row import Comparison, Row
 from bldsimp.compare.surface import Surface
 from bldsimp.errors import UsageError
@@ -181,6 +181,21 @@ def test_names_are_shown_as_they_are(name: str) -> None:
     shown = words(write_plot([house(name), failed], ".svg"))
     plain = name.replace("\t", " ").replace("\x1b", " ").replace("\udce9", "?")
     assert {plain, f"{plain}: no faces"} <= set(shown)
+
+
+def test_files_of_one_name_and_long_names_are_told_apart() -> None:
+    long = "a_very_long_name_of_a_building_from_some_city_model_lod3_final.obj"
+    files = ["a/house.obj", "b/house.obj", long, f"some folder/{long[1:]}"]
+    drawn = chart([house(file) for file in files])
+    titles = [axes.get_title(loc="left") for axes in drawn.axes]
+    assert titles[:2] == files[:2]
+    assert len(set(titles)) == 4
+    drawn.draw_without_rendering()
+    boxes = [axes._left_title.get_window_extent() for axes in drawn.axes]
+    assert boxes[0].x1 < boxes[1].x0
+    assert boxes[1].x1 < boxes[2].x0
+    assert boxes[2].x1 < drawn.bbox.x1
+    assert "a/house.obj at 0.02; b/house.obj at 0.02" in " ".join(remarks([house(file) for file in files]))
 
 
 def test_at_a_single_tolerance_the_original_is_seen() -> None:

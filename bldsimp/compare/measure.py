@@ -52,7 +52,7 @@ class Judge:
         self.diagonal = float(np.linalg.norm(high - low))
         local = original.points - self.origin
         self.blur = 2.0 * float(np.spacing(np.float32(np.abs(local).max())))
-        self._noise = NOISE_SPACINGS * float(np.spacing(np.abs(local).max()))
+        self._noise = noise(local)
         self._tree = _core.FaceTree(local, original.faces)
         self._queries = queries(local, original.faces)
         self._rim = open_edges(original.faces)
@@ -111,6 +111,11 @@ class Judge:
         away = self._rim_tree.distances(np.ascontiguousarray(along.reshape(-1, 3)))
         beyond = away.reshape(len(rim), -1).max(axis=1) > moved + self._noise
         return int(beyond.sum())
+
+
+def noise(points: Points) -> float:
+    """How far a surface can come out from itself by rounding alone, in the frame of its points."""
+    return NOISE_SPACINGS * float(np.spacing(np.abs(points).max()))
 
 
 def is_watertight(surface: Surface) -> bool:

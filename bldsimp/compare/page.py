@@ -29,6 +29,7 @@ from ..errors import BldsimpError
 from ..scene import Points
 from .chart import chart_svg
 from .drawn import TRIANGLES, Drawn, drawn
+from .measure import noise
 from .plot import Line, lines_of
 from .row import Comparison, Row
 from .surface import Surface
@@ -215,6 +216,7 @@ class Pairs:
         self.number = packed.surface(self.drawn, self.origin)
         self.samples = self.drawn.samples() - self.origin
         self.tree = _core.FaceTree(original.points - self.origin, original.faces)
+        self.noise = noise(original.points - self.origin)
         none = packed.distances(np.zeros(len(self.samples)))
         self.done = {self.key(original): Pair(self.number, none, none, thinning(self.drawn, original))}
 
@@ -231,11 +233,15 @@ class Pairs:
             tree = _core.FaceTree(surface.points - self.origin, surface.faces)
             self.done[key] = Pair(
                 self.packed.surface(shown, self.origin),
-                self.packed.distances(tree.distances(self.samples)),
-                self.packed.distances(self.tree.distances(shown.samples() - self.origin)),
+                self.packed.distances(self.clear(tree.distances(self.samples))),
+                self.packed.distances(self.clear(self.tree.distances(shown.samples() - self.origin))),
                 thinning(shown, surface),
             )
         return self.done[key]
+
+    def clear(self, distances: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distances without what rounding alone makes of none, as the figures are."""
+        return np.maximum(distances - self.noise, 0.0)
 
 
 def can_be_drawn(row: Row, original: Surface | None) -> bool:

@@ -11,6 +11,7 @@ import math
 import re
 import textwrap
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,9 @@ LOG_RATIO = 5.0
 COLUMNS_AT_MOST = 3
 PANEL = (4.6, 3.6)
 """Width and height of a panel, inches."""
+
+TITLE_LETTERS = 34
+"""A panel has room for so many; of a longer name the middle is left out."""
 
 DOTS_PER_INCH = 200
 
@@ -153,9 +157,11 @@ def chart(comparisons: Sequence[Comparison]) -> Figure:
     height = rows * PANEL[1] + below
     layout = ConstrainedLayoutEngine(rect=(0.0, below / height, 1.0, 1.0 - below / height))
     figure = Figure(figsize=(columns * PANEL[0], height), layout=layout)
-    handles = {}
+    handles, names = {}, names_of(comparisons)
     for k, comparison in enumerate(comparisons):
-        handles.update(draw(figure.add_subplot(rows, columns, k + 1), comparison, lines))
+        axes = figure.add_subplot(rows, columns, k + 1)
+        axes.set_title(verbatim(shortened(names[comparison.file])), loc="left", weight="bold")
+        handles.update(draw(axes, comparison, lines))
     if handles:
         ordered = [name for name in lines if name in handles]
         figure.legend(
@@ -212,17 +218,31 @@ def meanings(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
 
 def lacking(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
     """Where and why points are lacking, in words, and of which methods."""
+    names = names_of(comparisons)
     found: dict[tuple[str, str], dict[str, list[str]]] = {}
     for each in comparisons:
         for row in each.rows:
             if each.original is not None and not drawable(row) and row.method != SAME_POINTS:
                 files = found.setdefault((row.method, gist(row.note)), {})
-                files.setdefault(Path(each.file).name, []).append(row.tolerance)
+                files.setdefault(names[each.file], []).append(row.tolerance)
     methods: dict[str, list[str]] = {}
     for (method, note), files in found.items():
         places = "; ".join(f"{name} at {', '.join(written)}" for name, written in files.items())
         methods.setdefault(places + (f": {note}" if note else ""), []).append(method)
     return methods
+
+
+def names_of(comparisons: Sequence[Comparison]) -> dict[str, str]:
+    """What each file is called: its name alone where no other file has the same one."""
+    names = {each.file: Path(each.file).name for each in comparisons}
+    taken = Counter(names.values())
+    return {file: name if taken[name] == 1 else file for file, name in names.items()}
+
+
+def shortened(name: str) -> str:
+    """A name that a panel has room for."""
+    half = TITLE_LETTERS // 2
+    return name if len(name) <= TITLE_LETTERS else f"{name[: half - 1]}…{name[-half:]}"
 
 
 def verbatim(text: str) -> str:
@@ -237,7 +257,6 @@ def gist(note: str) -> str:
 
 def draw(axes: Axes, comparison: Comparison, lines: dict[str, Line]) -> dict[str, Any]:
     """One panel; returns what the legend shows of each method."""
-    axes.set_title(verbatim(Path(comparison.file).name), loc="left", weight="bold")
     rows = [row for row in comparison.rows if drawable(row)]
     if not rows:
         say_why(axes, comparison)
