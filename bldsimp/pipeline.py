@@ -148,7 +148,9 @@ def simplify_mesh(
     return first.followed_by(_simplify_at_once(left, tolerance - first.deviation, welded, with_layout, collapse=True))
 
 
-def _simplify_at_once(mesh: Mesh, tolerance: float, options: Options, with_layout: bool, *, collapse: bool = False) -> Outcome:
+def _simplify_at_once(
+    mesh: Mesh, tolerance: float, options: Options, with_layout: bool, *, collapse: bool = False
+) -> Outcome:
     """Every stage once; collapses only where asked for."""
     passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
     welded, moved = _welded(mesh, passed_on, options.weld)
@@ -168,10 +170,12 @@ def _simplify_at_once(mesh: Mesh, tolerance: float, options: Options, with_layou
     frozen = np.zeros(len(facets.planes), np.uint8)
     frozen[facets.facet_of_face[pinned]] = 1
     assembled = climb(points, faces, halfedges, facets, within, frozen)
-    part_of_facet = np.zeros(len(assembled.rung), np.int32)
+    facet_of_face, part_of_facet = facets.facet_of_face, np.zeros(len(assembled.rung), np.int32)
     part_of_facet[facets.facet_of_face] = part
     if collapse:
-        assembled = collapsed(assembled, points, faces, part_of_facet, frozen, limit)
+        assembled, facet_of_face = collapsed(
+            assembled, points, faces, facet_of_face, part_of_facet, frozen, limit
+        )
     before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
     light, facet_of_light = _in_rows(
         mesh, assembled, faces, rows, facets.facet_of_face, part_of_facet, welded.source, passed_on
@@ -185,7 +189,7 @@ def _simplify_at_once(mesh: Mesh, tolerance: float, options: Options, with_layou
         triangles=assembled.triangles,
         facet_of_triangle=assembled.facet_of_triangle,
         facet_of_light=facet_of_light,
-        facet_of_face=facets.facet_of_face,
+        facet_of_face=facet_of_face,
         source=welded.source,
         planes=facets.planes,
         rung=assembled.rung,

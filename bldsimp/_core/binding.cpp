@@ -326,6 +326,7 @@ void bind_mesh(nb::module_& m) {
   nb::class_<Collapsed> collapsed(m, "Collapsed");
   def_view<Index>(collapsed, "triangles", &Collapsed::triangles);
   def_view<Index>(collapsed, "source", &Collapsed::source);
+  def_view<Index>(collapsed, "holder", &Collapsed::holder);
   def_view<Index>(collapsed, "refusals", &Collapsed::refusals);
   collapsed.def_ro("deviation", &Collapsed::deviation).def_ro("accepted", &Collapsed::accepted);
   m.def(

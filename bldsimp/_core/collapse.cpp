@@ -1,9 +1,12 @@
 #include "collapse.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <limits>
 #include <optional>
 #include <queue>
 #include <set>
+#include <tuple>
 #include <unordered_map>
 
 #include "cover.hpp"
@@ -515,8 +518,7 @@ bool Collapser::pop_all() {
   return any;
 }
 
-// The distances at corners and middles tell how little there is no need to look at closely. What lies beyond the
-// limit was so before: a border that closed.
+// The distances at corners and middles tell how little there is no need to look at closely.
 double Collapser::farthest(std::span<const Face> faces, const FaceTree& other) const {
   const double precision = kPrecision / (1 - kPrecision) * limit_;
   std::vector<Vec3> some;
@@ -524,9 +526,7 @@ double Collapser::farthest(std::span<const Face> faces, const FaceTree& other) c
     const auto [a, b, c] = corners(f);
     some.insert(some.end(), {a, (1.0 / 3) * (a + b + c)});
   }
-  double least = 0;
-  for (const double d : other.distances(some))
-    if (d <= limit_) least = std::max(least, d);
+  const double least = other.farthest(some, std::numeric_limits<double>::infinity());
   std::vector<double> reach(faces.size());
   parallel_for(
       faces.size(),
@@ -542,12 +542,16 @@ double Collapser::deviation(std::span<const Face> result) const {
   const auto label = [](Index) { return std::array<Index, 2>{}; };
   const auto rim = flat_faces(borders(without_copies(result).faces, points_.size(), label), 0);
   const FaceTree rim_tree(points_, rim);
-  std::vector<Face> held;
-  for (const Face& edge : rims_) {
-    Index nearest = 0;
-    if (rim_tree.holds(corners(edge), limit_, nearest)) held.push_back(edge);
-  }
-  return std::max({most, farthest(held, rim_tree), farthest(rim, *edge_tree_[0])});
+  // A border that moves is held to the limit; one beyond it closed, or opened, before.
+  const auto held = [&](std::span<const Face> edges, const FaceTree& other) {
+    std::vector<Face> near;
+    std::copy_if(edges.begin(), edges.end(), std::back_inserter(near), [&](const Face& edge) {
+      Index nearest = 0;
+      return other.holds(corners(edge), limit_, nearest);
+    });
+    return farthest(near, other);
+  };
+  return std::max({most, held(rims_, rim_tree), held(rim, *edge_tree_[0])});
 }
 
 Collapsed Collapser::run() {
@@ -555,8 +559,10 @@ Collapsed Collapser::run() {
     push_all();
     if (!pop_all()) break;
   }
+  std::vector<Index> made(faces_.size(), -1);
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     if (!alive_[f]) continue;
+    made[f] = static_cast<Index>(result_.triangles.size());
     result_.triangles.push_back(faces_[f]);
     result_.source.push_back(single_.index[f]);
     if (const Index copy = single_.copy[f]; copy >= 0) {
@@ -564,6 +570,8 @@ Collapsed Collapser::run() {
       result_.source.push_back(copy);
     }
   }
+  for (std::size_t f = 0; f < input_.surface.size(); ++f)
+    result_.holder.push_back(made[cover_->slot_of(static_cast<Index>(f))]);
   if (result_.accepted > 0) result_.deviation = deviation(result_.triangles);
   return std::move(result_);
 }

@@ -14,6 +14,7 @@ enum class Refusal { fixed, link, fold, needle, backward, forward, border, cross
 struct Collapsed {
   std::vector<Face> triangles;
   std::vector<Index> source;  // the triangle that each of them was
+  std::vector<Index> holder;  // of each face of `surface`: a triangle of the result that holds some of it
   double deviation = 0;       // bound of the distance between `surface` and them, both ways
   std::vector<Index> refusals = std::vector<Index>(static_cast<std::size_t>(Refusal::count));
   Index accepted = 0;

@@ -34,6 +34,12 @@ class Cover {
   // Whether all that relies on `old` slots is held by the holders (the first 64 count); remembers how.
   bool finds(std::span<const Index> old, std::span<const Holder> holders);
 
+  // The slot that holds some of a face of the surface.
+  Index slot_of(Index face) const {
+    while (pieces_[face].child >= 0) face = pieces_[face].child;
+    return pieces_[face].slot;
+  }
+
   // Makes what `finds` found last the truth.
   void commit(std::span<const Index> old);
 
