@@ -27,33 +27,45 @@ struct Box {
   }
 };
 
+// The box of some faces, and the longest side of any of them.
+struct FaceBox : Box {
+  double longest = 0;
+};
+
 // A node is a run of faces, halved at its middle. Built in O(n log n); points and faces are not needed after that.
 class BoxTree {
  public:
+  static constexpr std::size_t few = 4;  // as many faces a run has that is not halved again
+
   BoxTree(std::span<const Vec3> points, std::span<const Face> faces, std::vector<Index> members)
       : order_(std::move(members)) {
     if (!order_.empty()) build(points, faces, 0, order_.size());
   }
 
-  // Calls leaf(face) for the faces of all leaves that enter(box) lets in, those near p first: `enter` may grow
-  // stricter on the way.
+  // The faces, in an order in which near ones mostly are beside each other.
+  const std::vector<Index>& order() const { return order_; }
+
+  // Calls leaf(i), where order()[i] is the face, for all leaves that enter(box) lets in, those near p first: `enter`
+  // may grow stricter on the way.
   template <class Enter, class Leaf>
   void visit(Vec3 p, Enter enter, Leaf leaf) const {
     if (!order_.empty()) visit(p, 0, 0, order_.size(), enter, leaf);
   }
 
  private:
-  static constexpr std::size_t few = 4;
-
   std::size_t build(std::span<const Vec3> points, std::span<const Face> faces, std::size_t begin, std::size_t end) {
     const auto middle = [&](Index face) {
       const auto [a, b, c] = faces[face];
       return points[a] + points[b] + points[c];
     };
     const std::size_t node = boxes_.size();
-    Box box, middles;
+    FaceBox box;
+    Box middles;
     for (std::size_t i = begin; i < end; ++i) {
-      for (const Index corner : faces[order_[i]]) box.add(points[corner]);
+      const auto [a, b, c] = faces[order_[i]];
+      for (const Index corner : {a, b, c}) box.add(points[corner]);
+      for (const auto& [p, q] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)})
+        box.longest = std::max(box.longest, length(points[q] - points[p]));
       middles.add(middle(order_[i]));
     }
     boxes_.push_back(box);
@@ -76,7 +88,7 @@ class BoxTree {
   void visit(Vec3 p, std::size_t node, std::size_t begin, std::size_t end, Enter& enter, Leaf& leaf) const {
     if (!enter(boxes_[node])) return;
     if (end - begin <= few) {
-      for (std::size_t i = begin; i < end; ++i) leaf(order_[i]);
+      for (std::size_t i = begin; i < end; ++i) leaf(static_cast<Index>(i));
       return;
     }
     const std::size_t half = begin + (end - begin) / 2, first = node + 1, second = second_[node];
@@ -87,7 +99,7 @@ class BoxTree {
   }
 
   std::vector<Index> order_;
-  std::vector<Box> boxes_;
+  std::vector<FaceBox> boxes_;
   std::vector<std::size_t> second_;  // the second child; the first follows its parent
 };
 

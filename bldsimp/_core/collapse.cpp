@@ -171,6 +171,7 @@ class Collapser {
     Index a, b, edge, rest;                    // border edge a-b, and the other one at a; -1 for none
     std::vector<Index> dying, moving, around;  // faces; `around` are those that stay as they are, at the ring
     std::vector<Index> old, old_edges, ring, apexes;
+    std::vector<Holder> holders, edge_holders;
   } now_;
 };
 
@@ -415,8 +416,7 @@ bool Collapser::backward() {
     const Face made = replaced(faces_[f], now_.a, now_.b);
     const auto [entry, added] = held_.try_emplace(sorted(made), false);
     if (added) {
-      Index nearest = 0;
-      entry->second = tree_->holds(corners(made), limit_, nearest);
+      entry->second = tree_->holds(corners(made), limit_);
     }
     if (!entry->second) return false;
   }
@@ -427,12 +427,12 @@ bool Collapser::backward_edge() {
   if (now_.edge < 0) return true;
   const Edge& rest = edges_[now_.rest];
   const Vec3 p = points_[rest.ends[rest.ends[0] == now_.a]], b = points_[now_.b];
-  Index nearest = 0;
-  return edge_tree_[rest.kind]->holds({p, b, b}, limit_, nearest);
+  return edge_tree_[rest.kind]->holds({p, b, b}, limit_);
 }
 
 bool Collapser::forward() {
-  std::vector<Holder> holders;
+  auto& holders = now_.holders;
+  holders.clear();
   const auto add = [&](Index f, const Face& face) {
     holders.push_back({f, {points_[face[0]], points_[face[1]], points_[face[2]]}});
   };
@@ -448,7 +448,8 @@ bool Collapser::forward_edge() {
   if (now_.edge < 0) return true;
   const int kind = edges_[now_.rest].kind;
   const Index first = first_edge_[kind];
-  std::vector<Holder> holders;
+  auto& holders = now_.edge_holders;
+  holders.clear();
   const auto add = [&](Index e, Index p, Index q) { holders.push_back({e - first, {points_[p], points_[q], points_[q]}}); };
   const Edge& rest = edges_[now_.rest];
   const Index other = rest.ends[rest.ends[0] == now_.a];
@@ -474,12 +475,12 @@ Collapser::Refused Collapser::refusal(Index a, Index b) {
 void Collapser::apply() {
   const auto& now = now_;
   const Index a = now.a, b = now.b;
-  cover_->commit(now.old);
+  cover_->commit(now.old, now.holders);
   if (now.edge >= 0) {
     const int kind = edges_[now.rest].kind;
     const Index first = first_edge_[kind];
     const std::array<Index, 2> old{now.edge - first, now.rest - first};
-    edge_cover_[kind]->commit(old);
+    edge_cover_[kind]->commit(old, now.edge_holders);
     std::erase(rim_[b], now.edge);
     rim_[b].push_back(now.rest);
     for (Index& p : edges_[now.rest].ends)
@@ -546,8 +547,7 @@ double Collapser::deviation(std::span<const Face> result) const {
   const auto held = [&](std::span<const Face> edges, const FaceTree& other) {
     std::vector<Face> near;
     std::copy_if(edges.begin(), edges.end(), std::back_inserter(near), [&](const Face& edge) {
-      Index nearest = 0;
-      return other.holds(corners(edge), limit_, nearest);
+      return other.holds(corners(edge), limit_);
     });
     return farthest(near, other);
   };

@@ -18,9 +18,6 @@ constexpr std::size_t kLeastBlocks = 4;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// Parts of a triangle shorter than this share of the limit are not halved again.
-constexpr double kFinest = 1.0 / 64;
-
 // Halves of one triangle: far more than any but a made-up case needs. What is left then counts as it is.
 constexpr int kMostHalves = 1000000;
 
@@ -33,23 +30,31 @@ std::vector<Index> all(std::size_t count) {
 }  // namespace
 
 FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces)
-    : tree_(points, faces, all(faces.size())) {
+    : tree_(points, faces, all(faces.size())), place_(faces.size()) {
   triangles_.reserve(faces.size());
-  for (const auto& [a, b, c] : faces) triangles_.emplace_back(points[a], points[b], points[c]);
+  for (const Index face : tree_.order()) {
+    const auto& [a, b, c] = faces[face];
+    place_[face] = static_cast<Index>(triangles_.size());
+    triangles_.emplace_back(points[a], points[b], points[c]);
+  }
 }
 
-double FaceTree::to_face(Vec3 query, Index face) const { return std::sqrt(triangles_[face].squared_distance(query)); }
+double FaceTree::to_face(Vec3 query, Index face) const {
+  return std::sqrt(triangles_[place_[face]].squared_distance(query));
+}
 
 double FaceTree::distance(Vec3 query, Index& nearest) const {
-  double best = triangles_[nearest].squared_distance(query);
+  Index place = place_[nearest];
+  double best = triangles_[place].squared_distance(query);
   tree_.visit(
       query, [&](const Box& box) { return box.squared_distance(query) < best; },
-      [&](Index face) {
-        if (const double d = triangles_[face].squared_distance(query); d < best) {
+      [&](Index i) {
+        if (const double d = triangles_[i].squared_distance(query); d < best) {
           best = d;
-          nearest = face;
+          place = i;
         }
       });
+  nearest = tree_.order()[place];
   return std::sqrt(best);
 }
 
@@ -75,17 +80,46 @@ double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, doubl
   return bound;
 }
 
-bool FaceTree::holds(const std::array<Vec3, 3>& triangle, double limit, Index& nearest) const {
+FaceTree::Held FaceTree::held(const std::array<Vec3, 3>& piece, double longest, double limit, Index& place) const {
+  const double square = limit * limit;
+  const auto [a, b, c] = piece;
+  const auto holds = [&](Index i) {
+    const FramedTriangle& own = triangles_[i];
+    return own.squared_distance(a) <= square && own.squared_distance(b) <= square && own.squared_distance(c) <= square;
+  };
+  if (holds(place)) return Held::whole;
+  const Vec3 middle = (1.0 / 3) * (a + b + c);
+  Held found = Held::nowhere;
+  // A face that holds the whole piece is not much shorter than it.
+  const double shortest = longest - 2 * limit;
+  tree_.visit(
+      middle,
+      [&](const FaceBox& box) {
+        return found != Held::whole && (found == Held::nowhere || box.longest >= shortest) &&
+               box.squared_distance(middle) <= square;
+      },
+      [&](Index i) {
+        if (found == Held::whole || triangles_[i].squared_distance(middle) > square) return;
+        found = Held::middle;
+        if (!holds(i)) return;
+        found = Held::whole;
+        place = i;
+      });
+  return found;
+}
+
+bool FaceTree::holds(const std::array<Vec3, 3>& triangle, double limit) const {
   if (triangles_.empty()) return false;
-  const double finest = limit * kFinest;
+  const double shortest = limit * finest;
+  Index place = 0;
   std::vector<std::array<Vec3, 3>> left{triangle};
   while (!left.empty()) {
     const auto now = left.back();
-    const auto& [a, b, c] = now;
     left.pop_back();
-    if (distance((1.0 / 3) * (a + b + c), nearest) > limit) return false;
-    if (std::max({to_face(a, nearest), to_face(b, nearest), to_face(c, nearest)}) <= limit) continue;
-    if (longest_side(now) < finest) return false;
+    const double longest = longest_side(now);
+    const Held found = held(now, longest, limit, place);
+    if (found == Held::whole) continue;
+    if (found == Held::nowhere || longest < shortest) return false;
     for (const auto& half : halved(now)) left.push_back(half);
   }
   return true;

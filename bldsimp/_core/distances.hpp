@@ -19,6 +19,9 @@ namespace bldsimp {
 // more than a few roundings of the coordinates' differences.
 class FaceTree {
  public:
+  // Parts of a triangle shorter than this share of a limit are not halved again.
+  static constexpr double finest = 1.0 / 64;
+
   FaceTree(std::span<const Vec3> points, std::span<const Face> faces);
 
   std::vector<double> distances(std::span<const Vec3> queries) const;
@@ -38,12 +41,17 @@ class FaceTree {
   double reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const;
 
   // Whether every point of a triangle is within `limit` of the faces. Never wrongly true; false also where more
-  // than a small share of `limit` would have to tell. `nearest` as for `distance`.
-  bool holds(const std::array<Vec3, 3>& triangle, double limit, Index& nearest) const;
+  // than a small share of `limit` would have to tell.
+  bool holds(const std::array<Vec3, 3>& triangle, double limit) const;
 
  private:
+  // Whether one face is within the limit of a whole piece, or some face of its middle at least.
+  enum class Held { nowhere, middle, whole };
+  Held held(const std::array<Vec3, 3>& piece, double longest, double limit, Index& place) const;
+
   BoxTree tree_;
-  std::vector<FramedTriangle> triangles_;
+  std::vector<FramedTriangle> triangles_;  // in the order of the tree
+  std::vector<Index> place_;               // of each face among them
 };
 
 }  // namespace bldsimp
