@@ -24,6 +24,9 @@ NEEDLE_DIAGONAL = 1e-6
 STAGED_DIAGONAL = 1e-5
 """A tolerance above this share of the diagonal is spent by collapses, on what is left at `AUTO_DIAGONAL`."""
 
+MOVED_SHARE = 1e-3
+"""Coordinates of points that a wide tolerance moves are rounded to no more than this share of it."""
+
 LEAST_GAIN = 0.125
 """Curved surfaces of a component that would lose a smaller share of their points keep their faces, so that a
 second run, which always finds another cut, finds little to do."""

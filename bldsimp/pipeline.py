@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from . import _core
 from .assembled import Layout
 from .ladder import climb
-from .options import AUTO_DIAGONAL, DEFAULTS, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
+from .options import AUTO_DIAGONAL, DEFAULTS, MOVED_SHARE, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
 from .scene import LARGEST_COORDINATE, Faces, Flags, Indices, Light, Mesh, Points
 from .triangulation import Statistics
@@ -149,7 +149,8 @@ def simplify_mesh(
 
 def _left(mesh: Mesh, outcome: Outcome) -> Mesh:
     """What is left of a mesh, as a mesh."""
-    return dataclasses.replace(mesh, faces=outcome.light.faces, part_of_face=outcome.light.part_of_face)
+    light = outcome.light
+    return dataclasses.replace(mesh, points=light.points, faces=light.faces, part_of_face=light.part_of_face)
 
 
 def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bool = False) -> Outcome:
@@ -211,7 +212,11 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
     points, faces, part = welded.points, welded.faces, mesh.part_of_face[welded.source]
     facet_of_face = first.facet_of_light[welded.source]
     slack = _frame(mesh.box)[2]
-    found = _core.collapse(points, faces, faces, part, passed_on[part].astype(np.uint8), tolerance - slack)
+    left_out = np.zeros(len(faces), np.uint8)
+    found = _core.collapse(
+        points, faces, part, passed_on[part].astype(np.uint8), left_out, tolerance - slack,
+        _decimals(tolerance), mesh.single,
+    )  # fmt: skip
     facet = facet_of_face[found.source]
     kept = np.zeros(len(points), np.uint8)
     kept[found.triangles] = 1
@@ -220,12 +225,13 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
     light, facet_of_light = _in_rows(
         mesh, found.triangles, facet, kept, faces, rows, facet_of_face, part_of_facet, welded.source, passed_on
     )
+    if found.moved:
+        light.points = _moved(mesh.points, welded.point_of_row, found.points)
     shown = np.zeros(len(first.rung), bool)
     shown[facet] = True
-    before = _counted(faces, points, Light(mesh.faces, mesh.part_of_face))
     return Outcome(
         light=light,
-        points=points,
+        points=found.points,
         triangles=found.triangles,
         facet_of_triangle=facet,
         facet_of_light=facet_of_light,
@@ -233,11 +239,21 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
         source=welded.source,
         planes=first.planes,
         rung=first.rung,
-        unchanged=np.full_like(first.unchanged, found.accepted == 0),
-        before=before,
+        unchanged=np.full_like(first.unchanged, found.accepted + found.moved == 0),
+        before=first.after,
         after=_counted(found.triangles, points, light),
-        deviation=found.deviation + slack if found.accepted else 0.0,
+        deviation=found.deviation + slack if found.accepted + found.moved else 0.0,
     )
+
+
+def _decimals(tolerance: float) -> int:
+    """Decimals of a coordinate that are worth storing at a tolerance."""
+    return max(0, math.ceil(-math.log10(MOVED_SHARE * tolerance)))
+
+
+def _moved(points: Points, point_of_row: Indices, moved: Points) -> Points:
+    """Rows at where their points have moved to; those that no face uses stay."""
+    return np.where((point_of_row >= 0)[:, None], moved[point_of_row], points)
 
 
 def _passed_on(mesh: Mesh, options: Options) -> NDArray[np.bool_]:
@@ -360,13 +376,14 @@ def _in_rows(
     """The result in rows of the mesh, and its facets; parts that are passed on keep their faces to the letter."""
     found = _core.find_rows(triangles, facet, faces, rows, facet_of_face, part_of_facet, kept)
     if not passed_on.any() and len(passed_on) == 1:
-        return Light(found, np.zeros(len(found), np.int32)), facet
+        return Light(mesh.points, found, np.zeros(len(found), np.int32)), facet
     part_of_triangle = part_of_facet[facet]
     fresh = ~passed_on[part_of_triangle]
     untouched = passed_on[mesh.part_of_face]
     facet_of_input = np.full(len(mesh.faces), -1, np.int32)
     facet_of_input[source] = facet_of_face
     light = Light(
+        mesh.points,
         np.concatenate([found[fresh], mesh.faces[untouched]]),
         np.concatenate([part_of_triangle[fresh], mesh.part_of_face[untouched]]),
     )

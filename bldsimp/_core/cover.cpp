@@ -33,12 +33,13 @@ Vec3 square_to(Vec3 u) {
 
 }  // namespace
 
-Cover::Cover(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Face> slots, double limit)
+Cover::Cover(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Vec3> positions,
+             std::span<const Face> slots, double limit)
     : limit_(limit), place_(surface.size()), relying_(slots.size()) {
   if (slots.empty() || surface.empty()) return;
-  const FaceTree tree(points, slots);
+  const FaceTree tree(positions, slots);
   triangle_.reserve(slots.size());
-  for (const auto& [a, b, c] : slots) triangle_.emplace_back(points[a], points[b], points[c]);
+  for (const auto& [a, b, c] : slots) triangle_.emplace_back(positions[a], positions[b], positions[c]);
   const BoxTree order(points, surface, iota(surface.size()));
   pieces_.reserve(2 * surface.size());
   for (const Index face : order.order()) {

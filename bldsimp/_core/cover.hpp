@@ -26,7 +26,9 @@ class Cover {
  public:
   static constexpr std::size_t most_holders = 64;
 
-  Cover(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Face> slots, double limit);
+  // The surface is over `points`, the faces that hold it over `positions`.
+  Cover(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Vec3> positions,
+        std::span<const Face> slots, double limit);
 
   // Slots that something relies on although it is farther than the limit.
   const std::vector<Index>& unproven() const { return unproven_; }

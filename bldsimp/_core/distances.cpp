@@ -58,6 +58,20 @@ double FaceTree::distance(Vec3 query, Index& nearest) const {
   return std::sqrt(best);
 }
 
+bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
+  const double square = limit * limit;
+  if (triangles_[place_[nearest]].squared_distance(query) <= square) return true;
+  bool found = false;
+  tree_.visit(
+      query, [&](const Box& box) { return !found && box.squared_distance(query) <= square; },
+      [&](Index i) {
+        if (found || triangles_[i].squared_distance(query) > square) return;
+        found = true;
+        nearest = tree_.order()[i];
+      });
+  return found;
+}
+
 // The distance to one face is greatest at a corner; a triangle whose corners do not tell enough is halved.
 double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const {
   if (triangles_.empty()) return kFar;

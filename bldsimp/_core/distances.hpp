@@ -35,6 +35,9 @@ class FaceTree {
 
   double to_face(Vec3 query, Index face) const;
 
+  // Whether a point is within `limit` of the faces; `nearest` is one that it is near then, and a guess before.
+  bool within(Vec3 query, double limit, Index& nearest) const;
+
   // How far any point of a triangle is from the faces at most. It is never too small, and exact but for
   // `precision`, or for `enough` where it is less than that. O(log m) for each
   // place where the triangle leaves one face for another.
