@@ -45,19 +45,6 @@ Now whole(const CollapseInput& input) {
   return now;
 }
 
-// Measures the result of a quick run, and runs again where it left the tolerance.
-Collapsed proven(const Left& left, bool with_holders, bool changed) {
-  for (const bool careful : {false, true}) {
-    Collapser collapser(left, careful);
-    Collapsed result = collapser.run();
-    if (changed || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
-    if (!careful && result.deviation > left.tolerance) continue;
-    if (with_holders) result.holder = collapser.holders();
-    return result;
-  }
-  return {};
-}
-
 void divide(std::vector<Index> members, std::span<const Face> faces, std::span<const Vec3> middles,
             std::vector<Block>& blocks) {
   if (members.size() <= kBlock) {
@@ -127,9 +114,9 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
   const auto label = taken(input.label, sources);
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
-  block.result = proven({points, faces, label, points, faces, label, pinned, stays, input.tolerance, input.decimals,
-                         input.single},
-                        false, false);
+  block.result = Collapser({points, faces, label, points, faces, label, pinned, stays, input.tolerance,
+                            input.decimals, input.single})
+                     .run();
 }
 
 void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
@@ -171,11 +158,14 @@ Collapsed collapse(const CollapseInput& input) {
   const std::vector<std::uint8_t> none(now.points.size(), 0);
   const Left left{input.points, input.surface, input.label,  now.points,      now.faces,   label,
                   pinned,       none,          input.tolerance, input.decimals, input.single};
-  Collapsed result = proven(left, true, total.accepted + total.moved > 0);
+  Collapser collapser(left);
+  Collapsed result = collapser.run();
   for (Index& f : result.source) f = now.source[f];
   for (std::size_t i = 0; i < total.refusals.size(); ++i) result.refusals[i] += total.refusals[i];
   result.accepted += total.accepted;
   result.moved += total.moved;
+  result.holder = collapser.holders();
+  if (result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
   return result;
 }
 

@@ -136,9 +136,8 @@ std::vector<Face> Collapser::flat_faces(std::span<const Edge> edges, int kind) {
   return flat;
 }
 
-Collapser::Collapser(const Left& input, bool careful)
+Collapser::Collapser(const Left& input)
     : input_(input),
-      careful_(careful),
       limit_((1 - kPrecision) * input.tolerance),
       single_(without_copies(input.faces)),
       faces_(single_.faces),
@@ -351,10 +350,8 @@ Collapser::Refused Collapser::shape() const {
   return {};
 }
 
-bool Collapser::backward() {
-  if (careful_)
-    return std::all_of(now_.made.begin(), now_.made.end(),
-                       [&](const Made& made) { return tree_->holds(made.corners, limit_); });
+// A few places tell of most faces that are too far, and soon.
+bool Collapser::backward_at_places() {
   for (const Made& made : now_.made) {
     const auto& [a, b, c] = made.corners;
     if (!tree_->within((1.0 / 3) * (a + b + c), limit_, near_[made.slot])) return false;
@@ -363,6 +360,11 @@ bool Collapser::backward() {
   return std::all_of(now_.ring.begin(), now_.ring.end(), [&](Index p) {
     return p == now_.b || tree_->within(0.5 * (points_[p] + now_.target), limit_, near);
   });
+}
+
+bool Collapser::backward() const {
+  return std::all_of(now_.made.begin(), now_.made.end(),
+                     [&](const Made& made) { return tree_->holds(made.corners, limit_); });
 }
 
 bool Collapser::backward_edge() const {
@@ -407,9 +409,10 @@ Collapser::Refused Collapser::refusal() {
   if (now_.b >= 0 && !links()) return Refusal::link;
   if (const auto bad = shape()) return bad;
   if (!backward_edge()) return Refusal::border;
-  if (!backward()) return Refusal::backward;
+  if (!backward_at_places()) return Refusal::backward;
   if (!forward_edge()) return Refusal::border;
   if (!forward()) return Refusal::forward;
+  if (!backward()) return Refusal::backward;
   return {};
 }
 
@@ -450,7 +453,7 @@ void Collapser::apply_collapse() {
 }
 
 bool Collapser::pop_all() {
-  bool any = false;
+  const Index before = result_.accepted;
   while (!queue_.empty()) {
     const Candidate next = queue_.top();
     queue_.pop();
@@ -460,12 +463,11 @@ bool Collapser::pop_all() {
       ++result_.refusals[static_cast<std::size_t>(*why)];
       continue;
     }
-    any = true;
     ++result_.accepted;
     commit();
     apply_collapse();
   }
-  return any;
+  return result_.accepted > before;
 }
 
 // A moved point as it will be written.
@@ -502,19 +504,19 @@ bool Collapser::move(Index a) {
   return false;
 }
 
-bool Collapser::move_all() {
-  bool any = false;
-  for (std::size_t p = 0; p < points_.size(); ++p)
-    if (!star_[p].empty() && !fixed_[p]) any |= move(static_cast<Index>(p));
-  return any;
+void Collapser::move_all() {
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const auto a = static_cast<Index>(p);
+    if (star_[p].empty() || fixed_[p] || !move(a)) continue;
+    push_from(a);
+    for (const Index q : now_.ring) push_from(q);
+  }
 }
 
 Collapsed Collapser::run() {
-  for (int round = 0; round < kMostRounds; ++round) {
-    push_all();
-    const bool collapsed = pop_all();
-    if (!move_all() && !collapsed) break;
-  }
+  push_all();
+  // Points that moved let others go.
+  for (int round = 0; round < kMostRounds && pop_all(); ++round) move_all();
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     if (!alive_[f]) continue;
     result_.triangles.push_back(faces_[f]);

@@ -32,9 +32,7 @@ struct Left {
 
 class Collapser {
  public:
-  // With `careful`, every face is measured wholly before it is made; else at some places, so that the deviation
-  // may exceed the tolerance in the end.
-  Collapser(const Left& input, bool careful);
+  explicit Collapser(const Left& input);
 
   // Without holders and deviation.
   Collapsed run();
@@ -89,7 +87,7 @@ class Collapser {
   void push_from(Index a);
   void push_all();
   bool pop_all();
-  bool move_all();
+  void move_all();
   bool move(Index a);
   Vec3 snapped(Vec3 p) const;
   Index edge_between(Index a, Index b) const;
@@ -100,7 +98,8 @@ class Collapser {
   Refused refusal();
   bool links() const;
   Refused shape() const;
-  bool backward();
+  bool backward_at_places();
+  bool backward() const;
   bool backward_edge() const;
   bool forward();
   bool forward_edge();
@@ -108,7 +107,6 @@ class Collapser {
   void apply_collapse();
 
   Left input_;
-  bool careful_;
   double limit_;
   Vec3 middle_{0, 0, 0};
   std::vector<Vec3> origin_, points_;  // about the middle: of the surface, of what is left

@@ -61,9 +61,10 @@ class Cover {
   std::array<Vec3, 8> box(Index piece) const;
   void split(Index piece);
   void gather(std::span<const Index> old);
+  bool held_by_one(std::span<const Vec3> corners, std::span<const Holder> holders);
   bool prove(Index piece, std::span<const Holder> holders);
   bool settle(const Triangle& corners, const std::array<Mask, 3>& masks, std::span<const Holder> holders);
-  Mask mask(Vec3 p, std::span<const Holder> holders, Mask among = ~Mask{0}) const;
+  Mask mask(Vec3 p, std::span<const Holder> holders) const;
   void assign(Index piece, std::size_t& step);
   void rely(Index piece, Index slot);
   void join(Index piece);
@@ -81,6 +82,7 @@ class Cover {
   std::vector<Index> gathered_;
   std::vector<Index> plan_;  // slots, or kSplit before those of the children
   std::vector<Index> moved_;
+  std::size_t last_ = 0;  // holder that held a piece last
 };
 
 }  // namespace bldsimp
