@@ -215,7 +215,7 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
     left_out = np.zeros(len(faces), np.uint8)
     found = _core.collapse(
         points, faces, part, passed_on[part].astype(np.uint8), left_out, tolerance - slack,
-        _decimals(tolerance), mesh.single,
+        _NONE_MOVES if mesh.quantized else _decimals(tolerance), mesh.single,
     )  # fmt: skip
     facet = facet_of_face[found.source]
     kept = np.zeros(len(points), np.uint8)
@@ -244,6 +244,9 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
         after=_counted(found.triangles, points, light),
         deviation=found.deviation + slack if found.accepted + found.moved else 0.0,
     )
+
+
+_NONE_MOVES = -1
 
 
 def _decimals(tolerance: float) -> int:

@@ -505,6 +505,7 @@ bool Collapser::move(Index a) {
 }
 
 void Collapser::move_all() {
+  if (input_.decimals < 0) return;
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const auto a = static_cast<Index>(p);
     if (star_[p].empty() || fixed_[p] || !move(a)) continue;

@@ -88,7 +88,7 @@ void Cover::group(Index piece, std::span<const Vec3> points, std::span<const Fac
   }
   const bool useful = high[1] - low[1] <= kThickest * limit_;
   const std::size_t half = begin + (end - begin) / 2;
-  const bool few = end - begin <= BoxTree::few;
+  const bool few = end - begin <= static_cast<std::size_t>(BoxTree::few);
   const Index child = static_cast<Index>(few ? begin : pieces_.size());
   const Index children = static_cast<Index>(few ? end - begin : 2);
   if (!few) pieces_.resize(pieces_.size() + 2);
@@ -198,7 +198,7 @@ void Cover::gather(std::span<const Index> old) {
 Cover::Mask Cover::mask(Vec3 p, std::span<const Holder> holders) const {
   Mask found = 0;
   for (std::size_t i = 0; i < holders.size(); ++i)
-    if (holders[i].triangle.squared_distance(p) <= limit_ * limit_) found |= Mask{1} << i;
+    if (holders[i].triangle.within(p, limit_)) found |= Mask{1} << i;
   return found;
 }
 
@@ -215,7 +215,7 @@ bool Cover::finds(std::span<const Index> old, std::span<const Holder> holders) {
 bool Cover::held_by_one(std::span<const Vec3> corners, std::span<const Holder> holders) {
   const auto holds = [&](std::size_t i) {
     return std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
-      return holders[i].triangle.squared_distance(corner) <= limit_ * limit_;
+      return holders[i].triangle.within(corner, limit_);
     });
   };
   for (std::size_t i = 0; i < holders.size(); ++i) {
@@ -295,7 +295,7 @@ void Cover::join(Index piece) {
     if (is_group(parent)) {
       const auto around = box(parent);
       if (std::any_of(around.begin(), around.end(), [&](const Vec3& corner) {
-            return triangle_[slot].squared_distance(corner) > limit_ * limit_;
+            return !triangle_[slot].within(corner, limit_);
           }))
         return;
       for (Index i = 0; i < whole.children; ++i) pieces_[whole.child + i].slot = -1;

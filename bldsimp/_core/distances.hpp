@@ -48,9 +48,7 @@ class FaceTree {
   bool holds(const std::array<Vec3, 3>& triangle, double limit) const;
 
  private:
-  // Whether one face is within the limit of a whole piece, or some face of its middle at least.
-  enum class Held { nowhere, middle, whole };
-  Held held(const std::array<Vec3, 3>& piece, double longest, double limit, Index& place) const;
+  class Holding;
 
   BoxTree tree_;
   std::vector<FramedTriangle> triangles_;  // in the order of the tree
