@@ -28,6 +28,8 @@ constexpr double kWorthMoving = 0.05;
 // Planes count as parallel where one tells less than this share across the other; the second where the first was
 // too bold.
 constexpr double kParallel[] = {1e-3, 0.1};
+// What moves with a point by less than this share of its own way has no say in where it goes.
+constexpr double kLeastShare = 0.1;
 constexpr int kMostRounds = 8;
 
 struct HashFace {
@@ -481,9 +483,53 @@ Vec3 Collapser::snapped(Vec3 p) const {
   return p;
 }
 
+// Where a point is best for what relies on the faces and borders at it, its neighbours as they are. The planes of
+// the surface's own faces would not do: noise tilts them, so that they tell nothing a few faces away.
+Quadric Collapser::fit(Index a) {
+  Quadric sum;
+  for (const Index f : star_[a]) {
+    Face face = faces_[f];
+    while (face[0] != a) std::rotate(face.begin(), face.begin() + 1, face.end());
+    const auto [p, q, r] = corners(face);
+    const Vec3 twice = cross(q - p, r - p);
+    const double square = dot(twice, twice);
+    if (square == 0) continue;
+    const Vec3 n = (1 / std::sqrt(square)) * twice;
+    cover_->visit(f, [&](const Corners& piece) {
+      const Vec3 middle = (1.0 / 3) * (piece[0] + piece[1] + piece[2]);
+      // What a share of the point's own way moves the face there.
+      const double share = dot(cross(r - q, middle - q), twice) / square;
+      if (share < kLeastShare) return;
+      const double off = dot(n, middle - p) / share;
+      sum.add(n, -dot(n, p) - off, share * share * length(normal(piece)));
+    });
+  }
+  for (const Index e : rim_[a]) {
+    const Edge& edge = edges_[e];
+    const Vec3 p = points_[a], q = points_[edge.ends[edge.ends[0] == a]], along = q - p;
+    const double square = dot(along, along);
+    if (square == 0) continue;
+    for (const Index f : star_[a]) {
+      if (!has(faces_[f], edge.ends[0]) || !has(faces_[f], edge.ends[1])) continue;
+      const Vec3 across = cross(along, normal(corners(faces_[f])));
+      const double size = length(across);
+      if (size == 0) continue;
+      const Vec3 n = (1 / size) * across;
+      edge_cover_[edge.kind]->visit(e - first_edge_[edge.kind], [&](const Corners& piece) {
+        const Vec3 middle = 0.5 * (piece[0] + piece[1]);
+        const double share = dot(q - middle, along) / square;
+        if (share < kLeastShare) return;
+        const double off = dot(n, middle - p) / share;
+        sum.add(n, -dot(n, p) - off, share * share * length(piece[1] - piece[0]) * std::sqrt(square));
+      });
+    }
+  }
+  return sum;
+}
+
 bool Collapser::move(Index a) {
   const Vec3 from = points_[a];
-  const Quadric& planes = quadric_[a];
+  const Quadric planes = fit(a);
   const double least = kWorthMoving * limit_;
   for (const double parallel : kParallel) {
     Vec3 to = planes.lowest(from, parallel);

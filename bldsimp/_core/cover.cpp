@@ -184,14 +184,19 @@ void Cover::split(Index piece) {
   pieces_[piece].slot = -1;
 }
 
+const std::vector<Index>& Cover::relying(Index slot) {
+  auto& own = relying_[slot];
+  std::sort(own.begin(), own.end());
+  own.erase(std::unique(own.begin(), own.end()), own.end());
+  std::erase_if(own, [&](Index piece) { return pieces_[piece].slot != slot; });
+  return own;
+}
+
 void Cover::gather(std::span<const Index> old) {
   gathered_.clear();
   for (const Index slot : old) {
-    auto& relying = relying_[slot];
-    std::sort(relying.begin(), relying.end());
-    relying.erase(std::unique(relying.begin(), relying.end()), relying.end());
-    std::erase_if(relying, [&](Index piece) { return pieces_[piece].slot != slot; });
-    gathered_.insert(gathered_.end(), relying.begin(), relying.end());
+    const auto& own = relying(slot);
+    gathered_.insert(gathered_.end(), own.begin(), own.end());
   }
 }
 
