@@ -20,6 +20,11 @@ struct Box {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
+  void add(const Box& other) { add(other.low), add(other.high); }
+  bool meets(const Box& o) const {
+    return low.x <= o.high.x && o.low.x <= high.x && low.y <= o.high.y && o.low.y <= high.y && low.z <= o.high.z &&
+           o.low.z <= high.z;
+  }
   double squared_distance(Vec3 p) const {
     const Vec3 out{std::max({low.x - p.x, 0.0, p.x - high.x}), std::max({low.y - p.y, 0.0, p.y - high.y}),
                    std::max({low.z - p.z, 0.0, p.z - high.z})};
@@ -40,6 +45,29 @@ class BoxTree {
   template <class Enter, class Leaf>
   void visit(Vec3 p, Enter enter, Leaf leaf) const {
     if (!order_.empty()) visit(p, 0, 0, order_.size(), enter, leaf);
+  }
+
+  // Calls leaf(face) for the faces of all leaves whose box meets this one, until that is false; whether it never was.
+  template <class Leaf>
+  bool visit(const Box& box, Leaf leaf) const {
+    return order_.empty() || visit(box, 0, 0, order_.size(), leaf);
+  }
+
+  // The members, in the order of the leaves.
+  std::span<const Index> order() const { return order_; }
+
+  // Makes room for the member at this place of the order to grow. O(log m).
+  void grow(std::size_t place, const Box& box) {
+    std::size_t node = 0, begin = 0, end = order_.size();
+    for (;;) {
+      boxes_[node].add(box);
+      if (end - begin <= few) return;
+      const std::size_t half = begin + (end - begin) / 2;
+      if (place < half)
+        ++node, end = half;
+      else
+        node = second_[node], begin = half;
+    }
   }
 
  private:
@@ -84,6 +112,18 @@ class BoxTree {
     if (!in_order) visit(p, second, half, end, enter, leaf);
     visit(p, first, begin, half, enter, leaf);
     if (in_order) visit(p, second, half, end, enter, leaf);
+  }
+
+  template <class Leaf>
+  bool visit(const Box& box, std::size_t node, std::size_t begin, std::size_t end, Leaf& leaf) const {
+    if (!boxes_[node].meets(box)) return true;
+    if (end - begin <= few) {
+      for (std::size_t i = begin; i < end; ++i)
+        if (!leaf(order_[i])) return false;
+      return true;
+    }
+    const std::size_t half = begin + (end - begin) / 2;
+    return visit(box, node + 1, begin, half, leaf) && visit(box, second_[node], half, end, leaf);
   }
 
   std::vector<Index> order_;

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "cover.hpp"
+#include "crossings.hpp"
 #include "distances.hpp"
 #include "edges.hpp"
 #include "parallel.hpp"
@@ -140,6 +141,7 @@ class Collapser {
   bool backward_edge();
   bool forward();
   bool forward_edge();
+  std::vector<Crossings::Change> changes() const;
   void apply();
   double farthest(std::span<const Face> faces, const FaceTree& other) const;
   double deviation(std::span<const Face> result) const;
@@ -164,6 +166,7 @@ class Collapser {
   std::array<std::optional<FaceTree>, 2> edge_tree_;
   std::optional<Cover> cover_;
   std::array<std::optional<Cover>, 2> edge_cover_;
+  Crossings crossings_;  // of the points as they are given: about another origin they are rounded
   Collapsed result_;
 
   // The collapse that is looked at.
@@ -175,7 +178,11 @@ class Collapser {
 };
 
 Collapser::Collapser(const CollapseInput& input)
-    : input_(input), limit_((1 - kPrecision) * input.tolerance), single_(without_copies(input.triangles)), faces_(single_.faces) {
+    : input_(input),
+      limit_((1 - kPrecision) * input.tolerance),
+      single_(without_copies(input.triangles)),
+      faces_(single_.faces),
+      crossings_(input.points, faces_) {
   const std::size_t n = input.points.size();
   const Vec3 middle = n ? input.points[n / 2] : Vec3{0, 0, 0};
   points_.reserve(n);
@@ -460,6 +467,15 @@ bool Collapser::forward_edge() {
   return edge_cover_[kind]->finds(old, holders);
 }
 
+std::vector<Crossings::Change> Collapser::changes() const {
+  std::vector<Crossings::Change> made;
+  for (const Index f : now_.moving) {
+    const Face face = replaced(faces_[f], now_.a, now_.b);
+    made.push_back({f, {face, {input_.points[face[0]], input_.points[face[1]], input_.points[face[2]]}}});
+  }
+  return made;
+}
+
 Collapser::Refused Collapser::refusal(Index a, Index b) {
   survey(a, b);
   if (!links()) return Refusal::link;
@@ -468,6 +484,7 @@ Collapser::Refused Collapser::refusal(Index a, Index b) {
   if (!backward()) return Refusal::backward;
   if (!forward_edge()) return Refusal::border;
   if (!forward()) return Refusal::forward;
+  if (crossings_.made(now_.old, changes())) return Refusal::crossing;
   return {};
 }
 
@@ -475,6 +492,7 @@ void Collapser::apply() {
   const auto& now = now_;
   const Index a = now.a, b = now.b;
   cover_->commit(now.old);
+  crossings_.commit(now.old, changes());
   if (now.edge >= 0) {
     const int kind = edges_[now.rest].kind;
     const Index first = first_edge_[kind];

@@ -1,0 +1,262 @@
+#include "crossings.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "parallel.hpp"
+
+namespace bldsimp {
+namespace {
+
+constexpr Face kGone{-1, -1, -1};
+constexpr std::size_t kBlock = 512;
+
+bool contains(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
+
+double largest(Vec3 a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
+
+Box box_of(const Triangle& t) {
+  Box box;
+  for (const Vec3& p : t.at) box.add(p);
+  return box;
+}
+
+// Bounds the rounding error of (x - p) * (d x e), where x - p, d and e may each be off by a rounding and no
+// coordinate of d and e is greater than these; infinite where it could overflow. As in `predicates.hpp`.
+double error(Vec3 way, double d, double e) {
+  constexpr double share = 2 * 8 * filter::unit;
+  const double permanent = d * e * (std::abs(way.x) + std::abs(way.y) + std::abs(way.z));
+  return permanent < filter::large ? share * permanent + filter::floor4 : std::numeric_limits<double>::infinity();
+}
+
+// Sign of a value that may be off by `bound`; 0 if it cannot be told.
+int told(double value, double bound) { return value > bound ? 1 : value < -bound ? -1 : 0; }
+
+// A triangle and its normal, rounded.
+struct Oriented : Triangle {
+  explicit Oriented(const Triangle& t) : Triangle(t), first(at[1] - at[0]), second(at[2] - at[0]) {
+    normal = cross(first, second);
+  }
+  Vec3 first, second, normal;
+};
+
+// Sides on which the corners of a triangle lie of a plane. What `told` does not cover is not known yet.
+struct Sides {
+  std::array<int, 3> sign{};
+  std::array<bool, 3> known{};
+
+  bool all_known() const { return known[0] && known[1] && known[2]; }
+  bool any(int s) const { return sign[0] == s || sign[1] == s || sign[2] == s; }
+  bool both() const { return any(1) && any(-1); }
+  bool none() const { return !any(1) && !any(-1); }
+};
+
+Sides plain_sides(const Oriented& plane, const Triangle& t) {
+  Sides sides;
+  for (int i = 0; i < 3; ++i) {
+    if (contains(plane.face, t.face[i])) {
+      sides.known[i] = true;
+      continue;
+    }
+    const Vec3 way = t.at[i] - plane.at[0];
+    sides.sign[i] = told(dot(way, plane.normal), error(way, largest(plane.first), largest(plane.second)));
+    sides.known[i] = sides.sign[i] != 0;
+  }
+  return sides;
+}
+
+void find_sides(const Triangle& plane, const Triangle& t, Sides& sides) {
+  for (int i = 0; i < 3; ++i)
+    if (!sides.known[i]) sides.sign[i] = -exact::orient3d(plane.at[0], plane.at[1], plane.at[2], t.at[i]);
+  sides.known.fill(true);
+}
+
+// Whether a plane through a side of f has f on one side and g on the other. It is put up along the rounded normal of
+// f, so that this tells neighbours in one plane apart without exact arithmetic.
+bool plainly_apart(const Oriented& f, const Triangle& g) {
+  const double high = largest(f.normal);
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    const Vec3 p = f.at[i], along = f.at[j] - p, in = cross(f.normal, along);
+    const double size = largest(along);
+    const auto side = [&](Vec3 x) { return told(dot(x - p, in), error(x - p, size, high)); };
+    if (side(f.at[k]) <= 0) continue;
+    bool out = true;
+    for (int l = 0; l < 3 && out; ++l)
+      out = g.face[l] == f.face[i] || g.face[l] == f.face[j] || side(g.at[l]) < 0;
+    if (out) return true;
+  }
+  return false;
+}
+
+Point2 without(Vec3 p, int axis) {
+  if (axis == 0) return {p.y, p.z};
+  return axis == 1 ? Point2{p.z, p.x} : Point2{p.x, p.y};
+}
+
+// Whether some side of f has all of g outside of it; f turns as `turn` tells.
+bool apart(const std::array<Point2, 3>& f, const std::array<Point2, 3>& g, int turn) {
+  for (int i = 0; i < 3; ++i)
+    if (std::all_of(g.begin(), g.end(), [&](Point2 p) { return turn * orient2d(f[i], f[(i + 1) % 3], p) <= 0; }))
+      return true;
+  return false;
+}
+
+bool overlap_in_plane(const Triangle& f, const Triangle& g) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto flat = [&](const Triangle& t) {
+      return std::array{without(t.at[0], axis), without(t.at[1], axis), without(t.at[2], axis)};
+    };
+    const auto p = flat(f), q = flat(g);
+    const int turn = orient2d(p[0], p[1], p[2]), other = orient2d(q[0], q[1], q[2]);
+    if (turn != 0 && other != 0) return !apart(p, q, turn) && !apart(q, p, other);
+  }
+  return false;
+}
+
+// The piece that a triangle cuts out of the line in which its plane meets another: from the corner that is alone on
+// its side of that plane, two sides lead to the ends.
+struct Piece {
+  Piece(const Triangle& t, const Sides& sides) {
+    const auto& sign = sides.sign;
+    side = std::count(sign.begin(), sign.end(), 1) == 1 ? 1 : -1;
+    const int i = sign[0] == side ? 0 : sign[1] == side ? 1 : 2, j = (i + 1) % 3, k = (i + 2) % 3;
+    tip = t.at[i];
+    left = {t.face[j], t.at[j]};
+    right = {t.face[k], t.at[k]};
+    if (side < 0) std::swap(left, right);
+  }
+
+  struct End {
+    Index index;
+    Vec3 at;
+  };
+  int side;
+  Vec3 tip;
+  End left, right;  // as seen along the normal of the other plane
+};
+
+// For two triangles that both reach through the other's plane.
+bool pieces_overlap(const Piece& f, const Piece& g) {
+  // < 0 where the end of f comes before that of g on the line.
+  const auto order = [&](const Piece::End& a, const Piece::End& b) {
+    return a.index == b.index ? 0 : f.side * g.side * orient3d(f.tip, a.at, g.tip, b.at);
+  };
+  return order(f.right, g.right) < 0 && order(f.left, g.left) > 0;
+}
+
+bool cross_each_other(const Oriented& f, const Triangle& other) {
+  if (std::all_of(f.face.begin(), f.face.end(), [&](Index p) { return contains(other.face, p); })) return false;
+  Sides of_g = plain_sides(f, other);
+  if (of_g.all_known() && !of_g.both() && !of_g.none()) return false;
+  const Oriented g(other);
+  Sides of_f = plain_sides(g, f);
+  if (of_f.all_known() && !of_f.both() && !of_f.none()) return false;
+  if (!of_f.all_known() || !of_g.all_known()) {
+    if (plainly_apart(f, g) || plainly_apart(g, f)) return false;
+    find_sides(f, g, of_g);
+    find_sides(g, f, of_f);
+  }
+  if (of_f.both() && of_g.both()) return pieces_overlap({f, of_f}, {g, of_g});
+  return of_f.none() && of_g.none() && overlap_in_plane(f, g);
+}
+
+std::vector<Index> all_but_gone(std::span<const Face> slots) {
+  std::vector<Index> members;
+  for (std::size_t f = 0; f < slots.size(); ++f)
+    if (slots[f] != kGone) members.push_back(static_cast<Index>(f));
+  return members;
+}
+
+Triangle triangle(std::span<const Vec3> points, const Face& f) { return {f, {points[f[0]], points[f[1]], points[f[2]]}}; }
+
+}  // namespace
+
+bool crosses(const Triangle& f, const Triangle& g) { return cross_each_other(Oriented(f), g); }
+
+std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces) {
+  const BoxTree tree(points, faces, all_but_gone(faces));
+  std::vector<std::vector<std::array<Index, 2>>> found((faces.size() + kBlock - 1) / kBlock);
+  parallel_for(
+      found.size(),
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t f = begin * kBlock; f < std::min(end * kBlock, faces.size()); ++f) {
+          const Oriented own(triangle(points, faces[f]));
+          const Box box = box_of(own);
+          auto& pairs = found[f / kBlock];
+          const std::size_t first = pairs.size();
+          tree.visit(box, [&](Index g) {
+            if (g <= static_cast<Index>(f)) return true;
+            const Triangle other = triangle(points, faces[g]);
+            if (box_of(other).meets(box) && cross_each_other(own, other)) pairs.push_back({static_cast<Index>(f), g});
+            return true;
+          });
+          std::sort(pairs.begin() + static_cast<std::ptrdiff_t>(first), pairs.end());
+        }
+      },
+      1);
+  std::vector<std::array<Index, 2>> pairs;
+  for (const auto& block : found) pairs.insert(pairs.end(), block.begin(), block.end());
+  return pairs;
+}
+
+Crossings::Crossings(std::span<const Vec3> points, std::span<const Face> faces)
+    : points_(points), slots_(faces.begin(), faces.end()), place_(faces.size()), live_(faces.size()) {
+  plant();
+}
+
+Triangle Crossings::at(Index slot) const { return triangle(points_, slots_[slot]); }
+
+void Crossings::plant() {
+  tree_.emplace(points_, slots_, all_but_gone(slots_));
+  planted_ = live_;
+  for (std::size_t i = 0; i < live_; ++i) place_[tree_->order()[i]] = i;
+}
+
+bool Crossings::made(std::span<const Index> old, std::span<const Change> fresh) const {
+  std::vector<Oriented> come, gone;
+  std::vector<Box> boxes;
+  Box all;
+  for (const auto& [slot, triangle] : fresh) {
+    come.emplace_back(triangle);
+    boxes.push_back(box_of(triangle));
+    all.add(boxes.back());
+  }
+  const auto leave = [&] {
+    if (gone.empty())
+      for (const Index slot : old) gone.emplace_back(at(slot));
+  };
+  const auto pairs = [](std::span<const Oriented> list) {
+    int count = 0;
+    for (std::size_t i = 0; i < list.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) count += cross_each_other(list[i], list[j]);
+    return count;
+  };
+  if (const int now = pairs(come)) {
+    leave();
+    if (now > pairs(gone)) return true;
+  }
+  return !tree_->visit(all, [&](Index slot) {
+    if (slots_[slot] == kGone) return true;
+    const Triangle other = at(slot);
+    const Box box = box_of(other);
+    if (!box.meets(all) || std::find(old.begin(), old.end(), slot) != old.end()) return true;
+    std::ptrdiff_t now = 0;
+    for (std::size_t i = 0; i < come.size(); ++i) now += boxes[i].meets(box) && cross_each_other(come[i], other);
+    if (now == 0) return true;
+    leave();
+    return now <= std::count_if(gone.begin(), gone.end(), [&](const Oriented& g) { return cross_each_other(g, other); });
+  });
+}
+
+void Crossings::commit(std::span<const Index> old, std::span<const Change> fresh) {
+  for (const Index slot : old) slots_[slot] = kGone;
+  for (const auto& [slot, triangle] : fresh) {
+    slots_[slot] = triangle.face;
+    tree_->grow(place_[slot], box_of(triangle));
+  }
+  live_ -= old.size() - fresh.size();
+  if (2 * live_ < planted_) plant();
+}
+
+}  // namespace bldsimp
