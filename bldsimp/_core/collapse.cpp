@@ -484,7 +484,7 @@ Collapser::Refused Collapser::refusal(Index a, Index b) {
   if (!backward()) return Refusal::backward;
   if (!forward_edge()) return Refusal::border;
   if (!forward()) return Refusal::forward;
-  if (crossings_.made(now_.old, changes())) return Refusal::crossing;
+  if (crossings_.made(now_.old, now_.around, changes())) return Refusal::crossing;
   return {};
 }
 

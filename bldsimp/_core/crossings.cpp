@@ -1,7 +1,6 @@
 #include "crossings.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "parallel.hpp"
 
@@ -213,8 +212,64 @@ void Crossings::plant() {
   for (std::size_t i = 0; i < live_; ++i) place_[tree_->order()[i]] = i;
 }
 
-bool Crossings::made(std::span<const Index> old, std::span<const Change> fresh) const {
-  std::vector<Oriented> come, gone;
+// Calls leaf(slot, triangle, box) for what stays and has a box that meets this one.
+template <class Leaf>
+bool Crossings::visit(const Box& box, std::span<const Index> old, Leaf leaf) const {
+  return tree_->visit(box, [&](Index slot) {
+    if (slots_[slot] == kGone) return true;
+    const Triangle t = at(slot);
+    const Box own = box_of(t);
+    return !own.meets(box) || std::find(old.begin(), old.end(), slot) != old.end() || leaf(t, own);
+  });
+}
+
+// What crosses at some slots, looked up once it matters.
+class Crossings::Before {
+ public:
+  Before(const Crossings& mesh, std::span<const Index> old, std::span<const Index> around) : mesh_(mesh) {
+    for (const auto& slots : {old, around})
+      for (const Index slot : slots) {
+        own_.emplace_back(mesh.at(slot));
+        all_.add(box_of(own_.back()));
+      }
+  }
+
+  bool each_other() const {
+    for (std::size_t i = 0; i < own_.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (cross_each_other(own_[i], own_[j])) return true;
+    return false;
+  }
+
+  // Whether anything at a triangle's corners crosses the slots.
+  bool at(const Triangle& t) {
+    if (!found_) find();
+    return std::any_of(t.face.begin(), t.face.end(),
+                       [&](Index p) { return std::binary_search(corners_.begin(), corners_.end(), p); });
+  }
+
+ private:
+  void find() {
+    found_ = true;
+    mesh_.visit(all_, {}, [&](const Triangle& t, const Box& box) {
+      const bool does = std::any_of(own_.begin(), own_.end(), [&](const Oriented& f) {
+        return box_of(f).meets(box) && cross_each_other(f, t);
+      });
+      if (does) corners_.insert(corners_.end(), t.face.begin(), t.face.end());
+      return true;
+    });
+    std::sort(corners_.begin(), corners_.end());
+  }
+
+  const Crossings& mesh_;
+  std::vector<Oriented> own_;
+  Box all_;
+  bool found_ = false;
+  std::vector<Index> corners_;
+};
+
+bool Crossings::made(std::span<const Index> old, std::span<const Index> around, std::span<const Change> fresh) const {
+  std::vector<Oriented> come;
   std::vector<Box> boxes;
   Box all;
   for (const auto& [slot, triangle] : fresh) {
@@ -222,30 +277,15 @@ bool Crossings::made(std::span<const Index> old, std::span<const Change> fresh) 
     boxes.push_back(box_of(triangle));
     all.add(boxes.back());
   }
-  const auto leave = [&] {
-    if (gone.empty())
-      for (const Index slot : old) gone.emplace_back(at(slot));
-  };
-  const auto pairs = [](std::span<const Oriented> list) {
-    int count = 0;
-    for (std::size_t i = 0; i < list.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j) count += cross_each_other(list[i], list[j]);
-    return count;
-  };
-  if (const int now = pairs(come)) {
-    leave();
-    if (now > pairs(gone)) return true;
-  }
-  return !tree_->visit(all, [&](Index slot) {
-    if (slots_[slot] == kGone) return true;
-    const Triangle other = at(slot);
-    const Box box = box_of(other);
-    if (!box.meets(all) || std::find(old.begin(), old.end(), slot) != old.end()) return true;
-    std::ptrdiff_t now = 0;
-    for (std::size_t i = 0; i < come.size(); ++i) now += boxes[i].meets(box) && cross_each_other(come[i], other);
-    if (now == 0) return true;
-    leave();
-    return now <= std::count_if(gone.begin(), gone.end(), [&](const Oriented& g) { return cross_each_other(g, other); });
+  std::optional<Before> before;
+  const auto look_back = [&]() -> Before& { return before ? *before : before.emplace(*this, old, around); };
+  for (std::size_t i = 0; i < come.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (cross_each_other(come[i], come[j]) && !look_back().each_other()) return true;
+  return !visit(all, old, [&](const Triangle& t, const Box& box) {
+    for (std::size_t i = 0; i < come.size(); ++i)
+      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return look_back().at(t);
+    return true;
   });
 }
 

@@ -38,16 +38,21 @@ class Crossings {
   // among the changes, and it must be moved before they are committed.
   Crossings(std::span<const Vec3> points, std::span<const Face> faces);
 
-  // Whether more would cross if the triangles of `old` slots went and the `fresh` ones came, whose slots are among
-  // those: more of these with any one triangle that stays, or more pairs of them among each other. The number of
-  // pairs that cross never grows that way. About O(log n) each; may run in several threads.
-  bool made(std::span<const Index> old, std::span<const Change> fresh) const;
+  // Whether the triangles of `fresh`, whose slots are among the `old` ones that they take the place of, would cross
+  // one another or a triangle that stays, where nothing crossed before: where two sheets do cross, they may cross
+  // along other triangles, but these must be old ones or share a corner with those that crossed. `around` are
+  // slots that share a corner with old ones. About O(log n) each; may run in several threads.
+  bool made(std::span<const Index> old, std::span<const Index> around, std::span<const Change> fresh) const;
 
   // Does so. About O(log n) each.
   void commit(std::span<const Index> old, std::span<const Change> fresh);
 
  private:
+  class Before;
+
   Triangle at(Index slot) const;
+  template <class Leaf>
+  bool visit(const Box& box, std::span<const Index> old, Leaf leaf) const;
   void plant();
 
   std::span<const Vec3> points_;
