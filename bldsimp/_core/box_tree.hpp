@@ -47,7 +47,8 @@ class BoxTree {
     if (!order_.empty()) visit(p, 0, 0, order_.size(), enter, leaf);
   }
 
-  // Calls leaf(face) for the faces of all leaves whose box meets this one, until that is false; whether it never was.
+  // Calls leaf(place in the order) for the faces of all leaves whose box meets this one, until that is false; whether
+  // it never was.
   template <class Leaf>
   bool visit(const Box& box, Leaf leaf) const {
     return order_.empty() || visit(box, 0, 0, order_.size(), leaf);
@@ -119,7 +120,7 @@ class BoxTree {
     if (!boxes_[node].meets(box)) return true;
     if (end - begin <= few) {
       for (std::size_t i = begin; i < end; ++i)
-        if (!leaf(order_[i])) return false;
+        if (!leaf(i)) return false;
       return true;
     }
     const std::size_t half = begin + (end - begin) / 2;

@@ -1,13 +1,13 @@
 #include "crossings.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "parallel.hpp"
 
 namespace bldsimp {
 namespace {
 
-constexpr Face kGone{-1, -1, -1};
 constexpr std::size_t kBlock = 512;
 
 bool contains(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
@@ -160,13 +160,6 @@ bool cross_each_other(const Oriented& f, const Triangle& other) {
   return of_f.none() && of_g.none() && overlap_in_plane(f, g);
 }
 
-std::vector<Index> all_but_gone(std::span<const Face> slots) {
-  std::vector<Index> members;
-  for (std::size_t f = 0; f < slots.size(); ++f)
-    if (slots[f] != kGone) members.push_back(static_cast<Index>(f));
-  return members;
-}
-
 Triangle triangle(std::span<const Vec3> points, const Face& f) { return {f, {points[f[0]], points[f[1]], points[f[2]]}}; }
 
 }  // namespace
@@ -174,52 +167,57 @@ Triangle triangle(std::span<const Vec3> points, const Face& f) { return {f, {poi
 bool crosses(const Triangle& f, const Triangle& g) { return cross_each_other(Oriented(f), g); }
 
 std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces) {
-  const BoxTree tree(points, faces, all_but_gone(faces));
+  std::vector<Index> all(faces.size());
+  std::iota(all.begin(), all.end(), 0);
+  const BoxTree tree(points, faces, std::move(all));
+  const auto order = tree.order();
+  std::vector<Box> boxes;
+  for (const Index f : order) boxes.push_back(box_of(triangle(points, faces[f])));
   std::vector<std::vector<std::array<Index, 2>>> found((faces.size() + kBlock - 1) / kBlock);
   parallel_for(
       found.size(),
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t f = begin * kBlock; f < std::min(end * kBlock, faces.size()); ++f) {
-          const Oriented own(triangle(points, faces[f]));
-          const Box box = box_of(own);
-          auto& pairs = found[f / kBlock];
-          const std::size_t first = pairs.size();
-          tree.visit(box, [&](Index g) {
-            if (g <= static_cast<Index>(f)) return true;
-            const Triangle other = triangle(points, faces[g]);
-            if (box_of(other).meets(box) && cross_each_other(own, other)) pairs.push_back({static_cast<Index>(f), g});
+        for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, faces.size()); ++i) {
+          const Oriented own(triangle(points, faces[order[i]]));
+          tree.visit(boxes[i], [&](std::size_t k) {
+            if (k > i && boxes[k].meets(boxes[i]) && cross_each_other(own, triangle(points, faces[order[k]])))
+              found[i / kBlock].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
             return true;
           });
-          std::sort(pairs.begin() + static_cast<std::ptrdiff_t>(first), pairs.end());
         }
       },
       1);
   std::vector<std::array<Index, 2>> pairs;
   for (const auto& block : found) pairs.insert(pairs.end(), block.begin(), block.end());
+  std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
 
 Crossings::Crossings(std::span<const Vec3> points, std::span<const Face> faces)
     : points_(points), slots_(faces.begin(), faces.end()), place_(faces.size()), live_(faces.size()) {
-  plant();
+  std::vector<Index> all(faces.size());
+  std::iota(all.begin(), all.end(), 0);
+  plant(std::move(all));
 }
 
 Triangle Crossings::at(Index slot) const { return triangle(points_, slots_[slot]); }
 
-void Crossings::plant() {
-  tree_.emplace(points_, slots_, all_but_gone(slots_));
-  planted_ = live_;
-  for (std::size_t i = 0; i < live_; ++i) place_[tree_->order()[i]] = i;
+void Crossings::plant(std::vector<Index> slots) {
+  tree_.emplace(points_, slots_, std::move(slots));
+  boxes_.clear();
+  for (const Index slot : tree_->order()) {
+    place_[slot] = boxes_.size();
+    boxes_.push_back(box_of(at(slot)));
+  }
 }
 
-// Calls leaf(slot, triangle, box) for what stays and has a box that meets this one.
+// Calls leaf(triangle, box) for what stays and has a box that meets this one, until that is false.
 template <class Leaf>
 bool Crossings::visit(const Box& box, std::span<const Index> old, Leaf leaf) const {
-  return tree_->visit(box, [&](Index slot) {
-    if (slots_[slot] == kGone) return true;
-    const Triangle t = at(slot);
-    const Box own = box_of(t);
-    return !own.meets(box) || std::find(old.begin(), old.end(), slot) != old.end() || leaf(t, own);
+  return tree_->visit(box, [&](std::size_t place) {
+    if (!boxes_[place].meets(box)) return true;
+    const Index slot = tree_->order()[place];
+    return std::find(old.begin(), old.end(), slot) != old.end() || leaf(at(slot), boxes_[place]);
   });
 }
 
@@ -290,13 +288,18 @@ bool Crossings::made(std::span<const Index> old, std::span<const Index> around, 
 }
 
 void Crossings::commit(std::span<const Index> old, std::span<const Change> fresh) {
-  for (const Index slot : old) slots_[slot] = kGone;
+  for (const Index slot : old) boxes_[place_[slot]] = {};
   for (const auto& [slot, triangle] : fresh) {
     slots_[slot] = triangle.face;
-    tree_->grow(place_[slot], box_of(triangle));
+    boxes_[place_[slot]] = box_of(triangle);
+    tree_->grow(place_[slot], boxes_[place_[slot]]);
   }
   live_ -= old.size() - fresh.size();
-  if (2 * live_ < planted_) plant();
+  if (2 * live_ >= boxes_.size()) return;
+  std::vector<Index> left;
+  for (std::size_t i = 0; i < boxes_.size(); ++i)
+    if (boxes_[i].meets(boxes_[i])) left.push_back(tree_->order()[i]);
+  plant(std::move(left));
 }
 
 }  // namespace bldsimp

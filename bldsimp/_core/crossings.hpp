@@ -53,12 +53,13 @@ class Crossings {
   Triangle at(Index slot) const;
   template <class Leaf>
   bool visit(const Box& box, std::span<const Index> old, Leaf leaf) const;
-  void plant();
+  void plant(std::vector<Index> slots);
 
   std::span<const Vec3> points_;
-  std::vector<Face> slots_;        // `kGone` where nothing is left
-  std::vector<std::size_t> place_;  // in the order of the tree
-  std::size_t live_, planted_ = 0;
+  std::vector<Face> slots_;
+  std::vector<std::size_t> place_;  // of each slot in the order of the tree
+  std::vector<Box> boxes_;          // of each place; empty where nothing is left
+  std::size_t live_;
   std::optional<BoxTree> tree_;
 };
 
