@@ -415,16 +415,18 @@ void bind_distances(nb::module_& m) {
 void bind_crossings(nb::module_& m) {
   m.def(
       "find_crossings",
-      [](Points3 points, Faces3 faces) {
+      [](Points3 points, Faces3 faces, std::optional<Bytes> wanted) {
         check_range({faces.data(), faces.size()}, points.shape(0));
+        if (wanted && wanted->shape(0) != faces.shape(0)) throw nb::value_error("one flag per face");
         std::vector<std::array<Index, 2>> found;
         {
           nb::gil_scoped_release release;
-          found = find_crossings(rows<Vec3>(points), rows<Face>(faces));
+          const std::vector<std::uint8_t> all(wanted ? 0 : faces.shape(0), 1);
+          found = find_crossings(rows<Vec3>(points), rows<Face>(faces), wanted ? flat(*wanted) : std::span(all));
         }
         return give<Index>(std::move(found));
       },
-      "points"_a, "faces"_a);
+      "points"_a, "faces"_a, "wanted"_a = nb::none());
 }
 
 // Signs of a predicate over rows of equal length.

@@ -166,7 +166,9 @@ Triangle triangle(std::span<const Vec3> points, const Face& f) { return {f, {poi
 
 bool crosses(const Triangle& f, const Triangle& g) { return cross_each_other(Oriented(f), g); }
 
-std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces) {
+std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces,
+                                                 std::span<const std::uint8_t> wanted) {
+  if (std::find(wanted.begin(), wanted.end(), 1) == wanted.end()) return {};
   std::vector<Index> all(faces.size());
   std::iota(all.begin(), all.end(), 0);
   const BoxTree tree(points, faces, std::move(all));
@@ -178,9 +180,11 @@ std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, s
       found.size(),
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, faces.size()); ++i) {
+          if (!wanted[order[i]]) continue;
           const Oriented own(triangle(points, faces[order[i]]));
           tree.visit(boxes[i], [&](std::size_t k) {
-            if (k > i && boxes[k].meets(boxes[i]) && cross_each_other(own, triangle(points, faces[order[k]])))
+            const bool first = k > i || !wanted[order[k]];
+            if (first && boxes[k].meets(boxes[i]) && cross_each_other(own, triangle(points, faces[order[k]])))
               found[i / kBlock].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
             return true;
           });

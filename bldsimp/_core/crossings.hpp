@@ -22,9 +22,10 @@ struct Triangle {
 // another. A triangle without area has no inside, and two with the same three corners are one. Exact.
 bool crosses(const Triangle& f, const Triangle& g);
 
-// All pairs of faces that cross, the lower index first, in rising order. O((n + k) log n) where boxes of faces tell
-// most of them apart, on all cores; the same with any number of them.
-std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces);
+// All pairs of faces that cross of which one is wanted, the lower index first, in rising order. O((n + k) log n) where
+// boxes of faces tell most of them apart, on all cores; the same with any number of them.
+std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces,
+                                                 std::span<const std::uint8_t> wanted);
 
 // A mesh that changes, and what its next step would make cross.
 class Crossings {
