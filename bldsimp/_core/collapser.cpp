@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <set>
 #include <unordered_map>
 
 #include "edges.hpp"
@@ -46,6 +45,10 @@ Face sorted(Face f) {
 }
 
 bool has(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
+
+Index third(const Face& f, Index p, Index q) {
+  return *std::find_if(f.begin(), f.end(), [&](Index r) { return r != p && r != q; });
+}
 
 Face replaced(Face f, Index from, Index to) {
   for (Index& p : f)
@@ -162,6 +165,7 @@ Collapser::Collapser(const Left& input)
   find_borders();
   fix_points();
   add_quadrics();
+  crossings_.emplace(result_.points, faces_);
 }
 
 void Collapser::find_borders() {
@@ -180,17 +184,39 @@ void Collapser::find_borders() {
   }
 }
 
-// Points stay where chains of borders meet or end, and where nothing is proven.
-void Collapser::fix_points() {
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const auto& rim = rim_[p];
-    std::set<Labels> here, along;
-    for (const Index f : star_[p]) here.insert(labels_[f]);
-    if (rim.size() == 2 && edges_[rim[0]].labels == edges_[rim[1]].labels)
-      along.insert(edges_[rim[0]].labels.begin(), edges_[rim[0]].labels.end());
-    // Sheets of other labels that only touch here would leave the points of their part.
-    fixed_[p] = (rim.empty() ? here.size() > 1 : here != along) || input_.shared[p];
+// Whether a point lies inside of one sheet or of one chain of borders: the faces around it, each joined to the next
+// where no border parts them, are one ring, or all of them lead from one border edge to the other.
+bool Collapser::smooth(Index p) const {
+  const auto& rim = rim_[p];
+  if (!rim.empty() && (rim.size() != 2 || edges_[rim[0]].labels != edges_[rim[1]].labels)) return false;
+  std::vector<std::array<Index, 2>> spokes;  // {other end, face}
+  for (const Index f : star_[p])
+    for (const Index q : faces_[f])
+      if (q != p) spokes.push_back({q, f});
+  std::sort(spokes.begin(), spokes.end());
+  const auto other_end = [&](Index e) { return edges_[e].ends[edges_[e].ends[0] == p]; };
+  const Index first = rim.empty() ? spokes[0][0] : other_end(rim[0]), last = rim.empty() ? first : other_end(rim[1]);
+  std::size_t seen = 0;
+  for (const auto& [start, leaving] : spokes) {
+    if (start != first || (rim.empty() && seen > 0)) continue;
+    Index q = start, f = leaving;
+    for (;;) {
+      ++seen;
+      q = third(faces_[f], p, q);
+      if (q == last) break;
+      if (edge_between(p, q) >= 0) return false;
+      const auto at = std::lower_bound(spokes.begin(), spokes.end(), std::array<Index, 2>{q, 0});
+      f = (*at)[1] == f ? (*(at + 1))[1] : (*at)[1];
+    }
   }
+  return seen == star_[p].size();
+}
+
+// Points stay where chains of borders meet or end, where sheets touch, where others need them, and where nothing is
+// proven.
+void Collapser::fix_points() {
+  for (std::size_t p = 0; p < points_.size(); ++p)
+    fixed_[p] = input_.shared[p] || (!star_[p].empty() && !smooth(static_cast<Index>(p)));
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const bool stays = input_.pinned[single_.index[f]] || (single_.copy[f] >= 0 && input_.pinned[single_.copy[f]]);
     if (stays)
@@ -258,9 +284,9 @@ void Collapser::push_all() {
     if (!star_[p].empty()) push_from(static_cast<Index>(p));
 }
 
-void Collapser::survey(Index a, Index b, Vec3 target) {
+void Collapser::survey(Index a, Index b, Vec3 stored) {
   auto& now = now_;
-  now.a = a, now.b = b, now.target = target;
+  now.a = a, now.b = b, now.stored = stored, now.target = stored - middle_;
   for (auto* list : {&now.dying, &now.moving, &now.around, &now.apexes}) list->clear();
   now.made.clear();
   now.old = star_[a];
@@ -269,7 +295,7 @@ void Collapser::survey(Index a, Index b, Vec3 target) {
       now.moving.push_back(f);
       Corners at = corners(faces_[f]);
       for (int i = 0; i < 3; ++i)
-        if (faces_[f][i] == a) at[i] = target;
+        if (faces_[f][i] == a) at[i] = now.target;
       now.made.push_back({f, b < 0 ? faces_[f] : replaced(faces_[f], a, b), at});
       continue;
     }
@@ -415,12 +441,25 @@ Collapser::Refused Collapser::refusal() {
   if (!forward_edge()) return Refusal::border;
   if (!forward()) return Refusal::forward;
   if (!backward()) return Refusal::backward;
+  if (crossings_->made(now_.old, now_.around, changes())) return Refusal::crossing;
   return {};
+}
+
+std::vector<Crossings::Change> Collapser::changes() const {
+  std::vector<Crossings::Change> found;
+  for (const Made& made : now_.made) {
+    const Face& old = faces_[made.slot];
+    Crossings::Change change{made.slot, {made.face, {}}};
+    for (int i = 0; i < 3; ++i) change.triangle.at[i] = old[i] == now_.a ? now_.stored : result_.points[old[i]];
+    found.push_back(change);
+  }
+  return found;
 }
 
 // Makes the proof that was found the standing one.
 void Collapser::commit() {
   cover_->commit(now_.old, now_.holders);
+  crossings_->commit(now_.old, changes());
   if (now_.old_edges.empty()) return;
   const int kind = edges_[now_.old_edges[0]].kind;
   std::vector<Index> old(now_.old_edges);
@@ -460,7 +499,7 @@ bool Collapser::pop_all() {
     const Candidate next = queue_.top();
     queue_.pop();
     if (stamp_[next.from] != next.stamp) continue;
-    survey(next.from, next.to, points_[next.to]);
+    survey(next.from, next.to, result_.points[next.to]);
     if (const auto why = refusal()) {
       ++result_.refusals[static_cast<std::size_t>(*why)];
       continue;
@@ -539,11 +578,11 @@ bool Collapser::move(Index a) {
     const Vec3 stored = snapped(to);
     to = stored - middle_;
     if (!(planes.at(from) - planes.at(to) > least * least * planes.weight())) continue;
-    survey(a, -1, to);
+    survey(a, -1, stored);
     if (refusal()) continue;
-    commit();
     points_[a] = to;
     result_.points[a] = stored;
+    commit();
     ++result_.moved;
     return true;
   }
