@@ -5,7 +5,6 @@
 #include <limits>
 #include <optional>
 #include <queue>
-#include <set>
 #include <tuple>
 #include <unordered_map>
 
@@ -76,6 +75,10 @@ Face sorted(Face f) {
 
 bool has(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
 
+Index third(const Face& f, Index p, Index q) {
+  return *std::find_if(f.begin(), f.end(), [&](Index r) { return r != p && r != q; });
+}
+
 Face replaced(Face f, Index from, Index to) {
   for (Index& p : f)
     if (p == from) p = to;
@@ -123,6 +126,7 @@ class Collapser {
   }
 
   void find_borders();
+  bool smooth(Index p) const;
   void fix_points();
   void add_quadrics();
   void push_from(Index a);
@@ -230,17 +234,37 @@ void Collapser::find_borders() {
   }
 }
 
-// Points stay where chains of borders meet or end, and where nothing is proven.
-void Collapser::fix_points() {
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const auto& rim = rim_[p];
-    std::set<std::array<Index, 2>> here, along;
-    for (const Index f : star_[p]) here.insert(label_of(f));
-    if (rim.size() == 2 && edges_[rim[0]].labels == edges_[rim[1]].labels)
-      along.insert(edges_[rim[0]].labels.begin(), edges_[rim[0]].labels.end());
-    // Sheets of other labels that only touch here would leave the points of their part.
-    fixed_[p] = rim.empty() ? here.size() > 1 : here != along;
+// Whether a point lies inside of one sheet or of one chain of borders: the faces around it, each joined to the next
+// where no border parts them, are one ring, or all of them lead from one border edge to the other.
+bool Collapser::smooth(Index p) const {
+  const auto& rim = rim_[p];
+  if (!rim.empty() && (rim.size() != 2 || edges_[rim[0]].labels != edges_[rim[1]].labels)) return false;
+  std::vector<std::array<Index, 2>> spokes;  // {other end, face}
+  for (const Index f : star_[p])
+    for (const Index q : faces_[f])
+      if (q != p) spokes.push_back({q, f});
+  std::sort(spokes.begin(), spokes.end());
+  const auto other_end = [&](Index e) { return edges_[e].ends[edges_[e].ends[0] == p]; };
+  const Index first = rim.empty() ? spokes[0][0] : other_end(rim[0]), last = rim.empty() ? first : other_end(rim[1]);
+  std::size_t seen = 0;
+  for (const auto& [start, leaving] : spokes) {
+    if (start != first || (rim.empty() && seen > 0)) continue;
+    Index q = start, f = leaving;
+    for (;;) {
+      ++seen;
+      q = third(faces_[f], p, q);
+      if (q == last) break;
+      if (edge_between(p, q) >= 0) return false;
+      const auto at = std::lower_bound(spokes.begin(), spokes.end(), std::array<Index, 2>{q, 0});
+      f = (*at)[1] == f ? (*(at + 1))[1] : (*at)[1];
+    }
   }
+  return seen == star_[p].size();
+}
+
+// Points stay where chains of borders meet or end, where sheets touch, and where nothing is proven.
+void Collapser::fix_points() {
+  for (std::size_t p = 0; p < points_.size(); ++p) fixed_[p] = !star_[p].empty() && !smooth(static_cast<Index>(p));
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const bool stays = input_.pinned[single_.index[f]] || (single_.copy[f] >= 0 && input_.pinned[single_.copy[f]]);
     if (stays)
