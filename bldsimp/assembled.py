@@ -44,7 +44,7 @@ class Layout:
 
     Attributes
     ----------
-    planes : (p, 6) float64
+    planes : (p, 5) float64
         Of each part.
     outlines : _core.Outlines
     pieces : _core.Pieces

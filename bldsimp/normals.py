@@ -31,7 +31,7 @@ def shading(mesh: Mesh, light: Light, options: Options) -> Normals | None:
         where the input has no normal.
     """
     if options.normals == "smooth":
-        return smooth_normals(mesh.points, light.faces)
+        return smooth_normals(light.points, light.faces)
     if options.normals != "auto" or mesh.normals is None:
         return None
     passed = np.array([part.passed_on(options) for part in mesh.parts])

@@ -22,10 +22,10 @@ NEEDLE_DIAGONAL = 1e-6
 """A face no higher than this share of the diagonal, nor than the tolerance, has no plane of its own."""
 
 STAGED_DIAGONAL = 1e-5
-"""A tolerance above this share of the diagonal is used on what is left at `AUTO_DIAGONAL`."""
+"""A tolerance above this share of the diagonal is spent by collapses, on what is left at `AUTO_DIAGONAL`."""
 
-LADDER_SHARE = 0.95
-"""Share of a wide tolerance that facets may use before edges are collapsed within all of it."""
+MOVED_SHARE = 1e-3
+"""Coordinates of points that a wide tolerance moves are rounded to no more than this share of it."""
 
 LEAST_GAIN = 0.125
 """Curved surfaces of a component that would lose a smaller share of their points keep their faces, so that a
@@ -39,7 +39,6 @@ SIGNIFICANT_DIGITS = 6
 
 COMPARED_TOLERANCES = "auto,0.1%,0.5%"
 """What `compare` takes, with commas between."""
-
 
 UNITS = ("auto", "length", "percent")
 """What a tolerance may be given in."""

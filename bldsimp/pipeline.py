@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .assembled import Assembled, Layout
-from .collapse import collapsed
+from .assembled import Layout
 from .ladder import climb
-from .options import AUTO_DIAGONAL, DEFAULTS, LADDER_SHARE, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
+from .options import AUTO_DIAGONAL, DEFAULTS, MOVED_SHARE, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
-from .scene import LARGEST_COORDINATE, Faces, Indices, Light, Mesh, Points
+from .scene import LARGEST_COORDINATE, Faces, Flags, Indices, Light, Mesh, Points
 from .triangulation import Statistics
 
 
@@ -79,7 +78,6 @@ class Outcome:
     statistics: Statistics = field(default_factory=Statistics)
     layout: Layout | None = None
 
-
     def followed_by(self, second: Outcome) -> Outcome:
         """What two runs did together, of which the second worked on the result of the first."""
         facet = _facet_after(self, second)
@@ -136,23 +134,28 @@ def simplify_mesh(
     Nearly linear in the number of faces. The result depends on the coordinates alone: every stage works
     on points and faces in lexicographic order.
 
-    A wide tolerance is used on what is left at a small one. Facets that are wide for the many faces of a flat
-    wall take pieces of its neighbours in, and then fail together; on few faces they seldom do.
+    A wide tolerance is spent by collapses on what facets leave without loss. What they leave is made of facets
+    again, so that its triangles are as well shaped as any.
     """
-    diagonal = _frame(mesh.box)[1]
-    if tolerance <= STAGED_DIAGONAL * diagonal:
-        return _simplify_at_once(mesh, tolerance, options, with_layout)
-    first = _simplify_at_once(mesh, AUTO_DIAGONAL * diagonal, options, False)
-    left = dataclasses.replace(mesh, faces=first.light.faces, part_of_face=first.light.part_of_face)
+    fine = AUTO_DIAGONAL * _frame(mesh.box)[1]
+    if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
+        return _lossless(mesh, tolerance, options, with_layout=with_layout)
+    first = _lossless(mesh, fine, options)
+    second = _collapsed(_left(mesh, first), first, tolerance - first.deviation - fine, options)
+    done = first.followed_by(second)
     welded = dataclasses.replace(options, weld=0.0)
-    return first.followed_by(_simplify_at_once(left, tolerance - first.deviation, welded, with_layout, collapse=True))
+    return done.followed_by(_lossless(_left(mesh, done), fine, welded, with_layout=with_layout))
 
 
-def _simplify_at_once(
-    mesh: Mesh, tolerance: float, options: Options, with_layout: bool, *, collapse: bool = False
-) -> Outcome:
-    """Every stage once; collapses only where asked for."""
-    passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
+def _left(mesh: Mesh, outcome: Outcome) -> Mesh:
+    """What is left of a mesh, as a mesh."""
+    light = outcome.light
+    return dataclasses.replace(mesh, points=light.points, faces=light.faces, part_of_face=light.part_of_face)
+
+
+def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bool = False) -> Outcome:
+    """Facets, outlines, triangulation: what needs no wide tolerance."""
+    passed_on = _passed_on(mesh, options)
     welded, moved = _welded(mesh, passed_on, options.weld)
     points = welded.points
     part = mesh.part_of_face[welded.source]
@@ -161,7 +164,6 @@ def _simplify_at_once(
     origin, diagonal, slack = _frame(mesh.box)
     # Squares of it must not leave the range of double precision.
     within = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
-    limit, within = within, LADDER_SHARE * within if collapse else within
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
     rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
     faces, halfedges, turned = _oriented(welded, rows, pinned, width)
@@ -170,16 +172,11 @@ def _simplify_at_once(
     frozen = np.zeros(len(facets.planes), np.uint8)
     frozen[facets.facet_of_face[pinned]] = 1
     assembled = climb(points, faces, halfedges, facets, within, frozen)
-    facet_of_face, part_of_facet = facets.facet_of_face, np.zeros(len(assembled.rung), np.int32)
-    part_of_facet[facets.facet_of_face] = part
-    if collapse:
-        assembled, facet_of_face = collapsed(
-            assembled, points, faces, facet_of_face, part_of_facet, frozen, limit
-        )
-    before = _counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges)
+    part_of_facet = _of_facet(facets.facet_of_face, part, len(assembled.rung))
     light, facet_of_light = _in_rows(
-        mesh, assembled, faces, rows, facets.facet_of_face, part_of_facet, welded.source, passed_on
-    )
+        mesh, assembled.triangles, assembled.facet_of_triangle, assembled.kept, faces, rows, facets.facet_of_face,
+        part_of_facet, welded.source, passed_on,
+    )  # fmt: skip
     if moved > 0:
         light.faces = _at_their_points(mesh, light, welded)
     moved += float(assembled.deviation.max(initial=0.0))
@@ -189,17 +186,13 @@ def _simplify_at_once(
         triangles=assembled.triangles,
         facet_of_triangle=assembled.facet_of_triangle,
         facet_of_light=facet_of_light,
-        facet_of_face=facet_of_face,
+        facet_of_face=facets.facet_of_face,
         source=welded.source,
         planes=facets.planes,
         rung=assembled.rung,
         unchanged=assembled.unchanged,
-        before=before,
-        after=_counts(
-            int(np.count_nonzero(np.bincount(assembled.triangles.reshape(-1)))),
-            len(light.faces),
-            *_core.count_edges(assembled.triangles, len(points)),
-        ),
+        before=_counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges),
+        after=_counted(assembled.triangles, points, light),
         deviation=moved + slack if moved > 0 or not assembled.unchanged.all() else 0.0,
         degenerate=welded.degenerate,
         duplicate=welded.duplicate,
@@ -210,6 +203,71 @@ def _simplify_at_once(
         statistics=assembled.statistics,
         layout=assembled.layout if with_layout else None,
     )
+
+
+def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -> Outcome:
+    """Edges collapsed, on a mesh that is what facets left; facets are those of the outcome that it is left of."""
+    passed_on = _passed_on(mesh, options)
+    welded = _core.weld(mesh.points, mesh.faces, 0.0)
+    points, faces, part = welded.points, welded.faces, mesh.part_of_face[welded.source]
+    facet_of_face = first.facet_of_light[welded.source]
+    slack = _frame(mesh.box)[2]
+    left_out = np.zeros(len(faces), np.uint8)
+    found = _core.collapse(
+        points, faces, part, passed_on[part].astype(np.uint8), left_out, tolerance - slack,
+        _NONE_MOVES if mesh.quantized else _decimals(tolerance), mesh.single,
+    )  # fmt: skip
+    facet = facet_of_face[found.source]
+    kept = np.zeros(len(points), np.uint8)
+    kept[found.triangles] = 1
+    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
+    part_of_facet = _of_facet(facet_of_face, part, len(first.rung))
+    light, facet_of_light = _in_rows(
+        mesh, found.triangles, facet, kept, faces, rows, facet_of_face, part_of_facet, welded.source, passed_on
+    )
+    if found.moved:
+        light.points = _moved(mesh.points, welded.point_of_row, found.points)
+    shown = np.zeros(len(first.rung), bool)
+    shown[facet] = True
+    return Outcome(
+        light=light,
+        points=found.points,
+        triangles=found.triangles,
+        facet_of_triangle=facet,
+        facet_of_light=facet_of_light,
+        facet_of_face=np.where(shown[facet_of_face], facet_of_face, facet[found.holder]),
+        source=welded.source,
+        planes=first.planes,
+        rung=first.rung,
+        unchanged=np.full_like(first.unchanged, found.accepted + found.moved == 0),
+        before=first.after,
+        after=_counted(found.triangles, points, light),
+        deviation=found.deviation + slack if found.accepted + found.moved else 0.0,
+    )
+
+
+_NONE_MOVES = -1
+
+
+def _decimals(tolerance: float) -> int:
+    """Decimals of a coordinate that are worth storing at a tolerance."""
+    return max(0, math.ceil(-math.log10(MOVED_SHARE * tolerance)))
+
+
+def _moved(points: Points, point_of_row: Indices, moved: Points) -> Points:
+    """Rows at where their points have moved to; those that no face uses stay."""
+    return np.where((point_of_row >= 0)[:, None], moved[point_of_row], points)
+
+
+def _passed_on(mesh: Mesh, options: Options) -> NDArray[np.bool_]:
+    return np.array([part.passed_on(options) for part in mesh.parts], bool)
+
+
+def _of_facet(facet_of_face: Indices, part: Indices, count: int) -> Indices:
+    """Part of each facet."""
+    part_of_facet = np.zeros(count, np.int32)
+    part_of_facet[facet_of_face] = part
+    return part_of_facet
 
 
 def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[_core.Welded, float]:
@@ -268,6 +326,11 @@ def _looked_up(
     return values[order][place], keys[order][place] == wanted
 
 
+def _counted(triangles: Faces, points: Points, light: Light) -> Counts:
+    used = int(np.count_nonzero(np.bincount(triangles.reshape(-1))))
+    return _counts(used, len(light.faces), *_core.count_edges(triangles, len(points)))
+
+
 def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int) -> Counts:
     return Counts(
         points=points,
@@ -303,7 +366,9 @@ def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
 
 def _in_rows(
     mesh: Mesh,
-    assembled: Assembled,
+    triangles: Faces,
+    facet: Indices,
+    kept: Flags,
     faces: Faces,
     rows: _core.Rows,
     facet_of_face: Indices,
@@ -312,16 +377,16 @@ def _in_rows(
     passed_on: NDArray[np.bool_],
 ) -> tuple[Light, Indices]:
     """The result in rows of the mesh, and its facets; parts that are passed on keep their faces to the letter."""
-    facet = assembled.facet_of_triangle
-    found = _core.find_rows(assembled.triangles, facet, faces, rows, facet_of_face, part_of_facet, assembled.kept)
+    found = _core.find_rows(triangles, facet, faces, rows, facet_of_face, part_of_facet, kept)
     if not passed_on.any() and len(passed_on) == 1:
-        return Light(found, np.zeros(len(found), np.int32)), facet
+        return Light(mesh.points, found, np.zeros(len(found), np.int32)), facet
     part_of_triangle = part_of_facet[facet]
     fresh = ~passed_on[part_of_triangle]
     untouched = passed_on[mesh.part_of_face]
     facet_of_input = np.full(len(mesh.faces), -1, np.int32)
     facet_of_input[source] = facet_of_face
     light = Light(
+        mesh.points,
         np.concatenate([found[fresh], mesh.faces[untouched]]),
         np.concatenate([part_of_triangle[fresh], mesh.part_of_face[untouched]]),
     )

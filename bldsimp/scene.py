@@ -77,6 +77,8 @@ class Mesh:
     rounding : float
         Half a unit of the last written decimal digit where the file's numbers are decimal with six
         significant digits or more, else 0; model units.
+    quantized : bool
+        Points are stored as integers: none can move.
     source : object
         Only `io` looks inside.
     """
@@ -90,6 +92,7 @@ class Mesh:
     normals: NDArray[np.float64] | None = None
     single: bool = False
     rounding: float = 0.0
+    quantized: bool = False
     source: Any = None
 
     @cached_property
@@ -134,17 +137,20 @@ class Scene:
 
 @dataclass
 class Light:
-    """A mesh made light, told in rows of the mesh it came from: every output point is an input point.
+    """A mesh made light, told in rows of the mesh it came from.
 
     Attributes
     ----------
+    points : (n, 3) float64
+        ``Mesh.points``, where a wide tolerance moved none; all rows at one position moved together.
     faces : (k, 3) int32
-        Per corner a row of ``Mesh.points``; where a position is stored in several rows, one that a
+        Per corner a row of `points`; where a position is stored in several rows, one that a
         face of the same facet uses, so that its normal is the right one.
     part_of_face : (k,) int32
         Index into ``Mesh.parts``.
     """
 
+    points: Points
     faces: Faces
     part_of_face: NDArray[np.int32]
 

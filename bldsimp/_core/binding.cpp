@@ -325,19 +325,23 @@ void bind_mesh(nb::module_& m) {
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
   nb::class_<Collapsed> collapsed(m, "Collapsed");
+  def_view<double>(collapsed, "points", &Collapsed::points);
   def_view<Index>(collapsed, "triangles", &Collapsed::triangles);
   def_view<Index>(collapsed, "source", &Collapsed::source);
   def_view<Index>(collapsed, "holder", &Collapsed::holder);
   def_view<Index>(collapsed, "refusals", &Collapsed::refusals);
-  collapsed.def_ro("deviation", &Collapsed::deviation).def_ro("accepted", &Collapsed::accepted);
+  collapsed.def_ro("deviation", &Collapsed::deviation)
+      .def_ro("accepted", &Collapsed::accepted)
+      .def_ro("moved", &Collapsed::moved);
   m.def(
       "collapse",
-      [](Points3 points, Faces3 surface, Faces3 triangles, Indices label, Bytes pinned, double tolerance) {
+      [](Points3 points, Faces3 surface, Indices label, Bytes pinned, Bytes left_out, double tolerance, int decimals,
+         bool single) {
         nb::gil_scoped_release release;
-        return collapse({rows<Vec3>(points), rows<Face>(surface), rows<Face>(triangles), flat(label), flat(pinned),
-                         tolerance});
+        return collapse({rows<Vec3>(points), rows<Face>(surface), flat(label), flat(pinned), flat(left_out),
+                         tolerance, decimals, single});
       },
-      "points"_a, "surface"_a, "triangles"_a, "label"_a, "pinned"_a, "tolerance"_a);
+      "points"_a, "surface"_a, "label"_a, "pinned"_a, "left_out"_a, "tolerance"_a, "decimals"_a, "single"_a);
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,

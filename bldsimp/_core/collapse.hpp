@@ -1,6 +1,7 @@
 // Fewer points by collapsing edges, as far as a certified bound allows.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -9,29 +10,33 @@
 namespace bldsimp {
 
 // What a collapse was refused for.
-enum class Refusal { fixed, link, fold, needle, backward, forward, border, crossing, count };
-
-struct Collapsed {
-  std::vector<Face> triangles;
-  std::vector<Index> source;  // the triangle that each of them was
-  std::vector<Index> holder;  // of each face of `surface`: a triangle of the result that holds some of it
-  double deviation = 0;       // bound of the distance between `surface` and them, both ways
-  std::vector<Index> refusals = std::vector<Index>(static_cast<std::size_t>(Refusal::count));
-  Index accepted = 0;
-};
+enum class Refusal { link, fold, needle, border, backward, forward, crossing, count };
 
 struct CollapseInput {
   std::span<const Vec3> points;
   std::span<const Face> surface;            // what the tolerance counts from
-  std::span<const Face> triangles;          // what is left of it, within the tolerance of it
-  std::span<const Index> label;             // of each triangle; edges between two labels stay edges between them
-  std::span<const std::uint8_t> pinned;     // triangles that stay
+  std::span<const Index> label;             // of each face; edges between two labels stay edges between them
+  std::span<const std::uint8_t> pinned;     // faces that stay
+  std::span<const std::uint8_t> left_out;   // faces that are not to be in the result; others must hold them
   double tolerance;
+  int decimals;                             // that a moved point is rounded to; below 0 none moves
+  bool single;                              // whether a moved point is rounded to single precision after that
 };
 
-// Moves points onto neighbours, the ones that change the surface least first: topology stays (components, border
-// loops, genus), no face turns over, and nothing of either surface is farther from the other than the tolerance;
-// the same holds for the borders. Points of the result are points of the triangles. About O(n log n).
+struct Collapsed {
+  std::vector<Vec3> points;   // of the input; some have moved
+  std::vector<Face> triangles;
+  std::vector<Index> source;  // the face that each of them was
+  std::vector<Index> holder;  // of each face: a triangle of the result that holds some of it
+  double deviation = 0;       // bound of the distance between the surface and them, both ways
+  std::vector<Index> refusals = std::vector<Index>(static_cast<std::size_t>(Refusal::count));
+  Index accepted = 0, moved = 0;
+};
+
+// Moves points onto neighbours, the ones that change the surface least first, and what is left to where its planes
+// meet: topology stays (components, border loops, genus), no face turns over, and nothing of either surface is
+// farther from the other than the tolerance; the same holds for the borders. About O(n log n), on all cores;
+// the same result whatever their number.
 Collapsed collapse(const CollapseInput& input);
 
 }  // namespace bldsimp

@@ -179,10 +179,11 @@ std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, s
   parallel_for(
       found.size(),
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, faces.size()); ++i) {
+        const std::size_t last = std::min(end * kBlock, faces.size());
+        for (auto i = static_cast<Index>(begin * kBlock); i < static_cast<Index>(last); ++i) {
           if (!wanted[order[i]]) continue;
           const Oriented own(triangle(points, faces[order[i]]));
-          tree.visit(boxes[i], [&](std::size_t k) {
+          tree.visit(boxes[i], [&](Index k) {
             const bool first = k > i || !wanted[order[k]];
             if (first && boxes[k].meets(boxes[i]) && cross_each_other(own, triangle(points, faces[order[k]])))
               found[i / kBlock].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
@@ -210,7 +211,7 @@ void Crossings::plant(std::vector<Index> slots) {
   tree_.emplace(points_, slots_, std::move(slots));
   boxes_.clear();
   for (const Index slot : tree_->order()) {
-    place_[slot] = boxes_.size();
+    place_[slot] = static_cast<Index>(boxes_.size());
     boxes_.push_back(box_of(at(slot)));
   }
 }
@@ -218,7 +219,7 @@ void Crossings::plant(std::vector<Index> slots) {
 // Calls leaf(triangle, box) for what stays and has a box that meets this one, until that is false.
 template <class Leaf>
 bool Crossings::visit(const Box& box, std::span<const Index> old, Leaf leaf) const {
-  return tree_->visit(box, [&](std::size_t place) {
+  return tree_->visit(box, [&](Index place) {
     if (!boxes_[place].meets(box)) return true;
     const Index slot = tree_->order()[place];
     return std::find(old.begin(), old.end(), slot) != old.end() || leaf(at(slot), boxes_[place]);

@@ -58,8 +58,8 @@ class Crossings {
 
   std::span<const Vec3> points_;
   std::vector<Face> slots_;
-  std::vector<std::size_t> place_;  // of each slot in the order of the tree
-  std::vector<Box> boxes_;          // of each place; empty where nothing is left
+  std::vector<Index> place_;  // of each slot in the order of the tree
+  std::vector<Box> boxes_;    // of each place; empty where nothing is left
   std::size_t live_;
   std::optional<BoxTree> tree_;
 };

@@ -18,9 +18,6 @@ constexpr std::size_t kLeastBlocks = 4;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// Parts of a triangle shorter than this share of the limit are not halved again.
-constexpr double kFinest = 1.0 / 64;
-
 // Halves of one triangle: far more than any but a made-up case needs. What is left then counts as it is.
 constexpr int kMostHalves = 1000000;
 
@@ -33,24 +30,46 @@ std::vector<Index> all(std::size_t count) {
 }  // namespace
 
 FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces)
-    : tree_(points, faces, all(faces.size())) {
+    : tree_(points, faces, all(faces.size())), place_(faces.size()) {
   triangles_.reserve(faces.size());
-  for (const auto& [a, b, c] : faces) triangles_.emplace_back(points[a], points[b], points[c]);
+  for (const Index face : tree_.order()) {
+    const auto& [a, b, c] = faces[face];
+    place_[face] = static_cast<Index>(triangles_.size());
+    triangles_.emplace_back(points[a], points[b], points[c]);
+  }
 }
 
-double FaceTree::to_face(Vec3 query, Index face) const { return std::sqrt(triangles_[face].squared_distance(query)); }
+double FaceTree::to_face(Vec3 query, Index face) const {
+  return std::sqrt(triangles_[place_[face]].squared_distance(query));
+}
 
 double FaceTree::distance(Vec3 query, Index& nearest) const {
-  double best = triangles_[nearest].squared_distance(query);
+  Index place = place_[nearest];
+  double best = triangles_[place].squared_distance(query);
   tree_.visit(
       query, [&](const Box& box) { return box.squared_distance(query) < best; },
-      [&](Index face) {
-        if (const double d = triangles_[face].squared_distance(query); d < best) {
+      [&](Index i) {
+        if (const double d = triangles_[i].squared_distance(query); d < best) {
           best = d;
-          nearest = face;
+          place = i;
         }
       });
+  nearest = tree_.order()[place];
   return std::sqrt(best);
+}
+
+bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
+  const double square = limit * limit;
+  if (triangles_[place_[nearest]].within(query, limit)) return true;
+  bool found = false;
+  tree_.visit(
+      query, [&](const Box& box) { return !found && box.squared_distance(query) <= square; },
+      [&](Index i) {
+        if (found || !triangles_[i].within(query, limit)) return;
+        found = true;
+        nearest = tree_.order()[i];
+      });
+  return found;
 }
 
 // The distance to one face is greatest at a corner; a triangle whose corners do not tell enough is halved.
@@ -75,20 +94,85 @@ double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, doubl
   return bound;
 }
 
-bool FaceTree::holds(const std::array<Vec3, 3>& triangle, double limit, Index& nearest) const {
-  if (triangles_.empty()) return false;
-  const double finest = limit * kFinest;
-  std::vector<std::array<Vec3, 3>> left{triangle};
-  while (!left.empty()) {
-    const auto now = left.back();
-    const auto& [a, b, c] = now;
-    left.pop_back();
-    if (distance((1.0 / 3) * (a + b + c), nearest) > limit) return false;
-    if (std::max({to_face(a, nearest), to_face(b, nearest), to_face(c, nearest)}) <= limit) continue;
-    if (longest_side(now) < finest) return false;
-    for (const auto& half : halved(now)) left.push_back(half);
+// Halves a triangle until each piece is within the limit of one face, and goes down the tree with it: only what is
+// near a piece is looked at for its halves.
+class FaceTree::Holding {
+ public:
+  Holding(const FaceTree& tree, double limit) : tree_(tree), nodes_(tree.tree_.nodes()), limit_(limit) {}
+
+  bool holds(const std::array<Vec3, 3>& triangle) {
+    near_.push_back(0);
+    return piece_holds(triangle, 0);
   }
-  return true;
+
+ private:
+  using Triangle = std::array<Vec3, 3>;
+
+  // What is near the piece is among the nodes from `begin` on.
+  bool piece_holds(const Triangle& piece, std::size_t begin) {
+    if (holds(piece, guess_)) return true;
+    const double longest = longest_side(piece);
+    Box box;
+    for (const Vec3& p : piece) box.add(p);
+    const Vec3 around{limit_, limit_, limit_};
+    box.low = box.low - around;
+    box.high = box.high + around;
+    const std::size_t end = near_.size();
+    for (std::size_t i = begin; i < end; ++i) open(near_[i], box, longest);
+    // A face that holds the whole piece is not much shorter than it.
+    for (std::size_t i = end; i < near_.size(); ++i)
+      if (one_holds(piece, near_[i], box, longest - 2 * limit_)) return done(end, true);
+    if (near_.size() == end || longest < limit_ * finest) return done(end, false);
+    const auto halves = halved(piece);
+    return done(end, piece_holds(halves[0], end) && piece_holds(halves[1], end));
+  }
+
+  // Nodes no longer than the piece, and those without halves.
+  void open(Index at, const Box& box, double longest) {
+    const BoxNode& node = nodes_[at];
+    if (!node.meets(box)) return;
+    const Vec3 size = node.high - node.low;
+    if (node.second == 0 || std::max({size.x, size.y, size.z}) <= longest) {
+      near_.push_back(at);
+      return;
+    }
+    open(at + 1, box, longest);
+    open(node.second, box, longest);
+  }
+
+  bool one_holds(const Triangle& piece, Index at, const Box& box, double shortest) {
+    const BoxNode& node = nodes_[at];
+    if (node.longest < shortest || !node.meets(box)) return false;
+    if (node.second != 0)
+      return one_holds(piece, at + 1, box, shortest) || one_holds(piece, node.second, box, shortest);
+    for (Index i = node.begin; i < node.end; ++i) {
+      if (!holds(piece, i)) continue;
+      guess_ = i;
+      return true;
+    }
+    return false;
+  }
+
+  bool holds(const Triangle& piece, Index i) const {
+    const FramedTriangle& own = tree_.triangles_[i];
+    return std::all_of(piece.begin(), piece.end(),
+                       [&](const Vec3& p) { return own.within(p, limit_); });
+  }
+
+  bool done(std::size_t end, bool found) {
+    near_.resize(end);
+    return found;
+  }
+
+  const FaceTree& tree_;
+  const std::vector<BoxNode>& nodes_;
+  double limit_;
+  Index guess_ = 0;
+  std::vector<Index> near_;  // a stack
+};
+
+bool FaceTree::holds(const std::array<Vec3, 3>& triangle, double limit) const {
+  return !triangles_.empty() && Holding(*this, limit).holds(triangle);
 }
 
 std::vector<double> FaceTree::distances(std::span<const Vec3> queries) const {

@@ -19,6 +19,9 @@ namespace bldsimp {
 // more than a few roundings of the coordinates' differences.
 class FaceTree {
  public:
+  // Parts of a triangle shorter than this share of a limit are not halved again.
+  static constexpr double finest = 1.0 / 64;
+
   FaceTree(std::span<const Vec3> points, std::span<const Face> faces);
 
   std::vector<double> distances(std::span<const Vec3> queries) const;
@@ -32,18 +35,24 @@ class FaceTree {
 
   double to_face(Vec3 query, Index face) const;
 
+  // Whether a point is within `limit` of the faces; `nearest` is one that it is near then, and a guess before.
+  bool within(Vec3 query, double limit, Index& nearest) const;
+
   // How far any point of a triangle is from the faces at most. It is never too small, and exact but for
   // `precision`, or for `enough` where it is less than that. O(log m) for each
   // place where the triangle leaves one face for another.
   double reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const;
 
   // Whether every point of a triangle is within `limit` of the faces. Never wrongly true; false also where more
-  // than a small share of `limit` would have to tell. `nearest` as for `distance`.
-  bool holds(const std::array<Vec3, 3>& triangle, double limit, Index& nearest) const;
+  // than a small share of `limit` would have to tell.
+  bool holds(const std::array<Vec3, 3>& triangle, double limit) const;
 
  private:
+  class Holding;
+
   BoxTree tree_;
-  std::vector<FramedTriangle> triangles_;
+  std::vector<FramedTriangle> triangles_;  // in the order of the tree
+  std::vector<Index> place_;               // of each face among them
 };
 
 }  // namespace bldsimp

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <tuple>
 
@@ -14,6 +15,7 @@ namespace bldsimp {
 struct FramedTriangle {
   FramedTriangle(Vec3 a, Vec3 b, Vec3 c);
   double squared_distance(Vec3 p) const;
+  bool within(Vec3 p, double limit) const;  // most that are not are told without a division
 
   Vec3 origin, x{0, 0, 0}, y{0, 0, 0};
   double length, foot = 0, height = 0;
@@ -63,16 +65,31 @@ inline double FramedTriangle::squared_distance(Vec3 p) const {
   return across + within;
 }
 
-// A triangle cut in two across the middle of its longest side.
-inline std::array<std::array<Vec3, 3>, 2> halved(const std::array<Vec3, 3>& t) {
+inline bool FramedTriangle::within(Vec3 p, double limit) const {
+  const Vec3 way = p - origin;
+  const double u = dot(way, x);
+  if (u < -limit || u > length + limit) return false;
+  const double v = dot(way, y);
+  if (v < -limit || v > height + limit) return false;
+  return squared_distance(p) <= limit * limit;
+}
+
+// The longest side runs from this corner to the next.
+inline std::size_t longest_at(const std::array<Vec3, 3>& t) {
   const std::array<double, 3> sides{length(t[1] - t[0]), length(t[2] - t[1]), length(t[0] - t[2])};
-  const std::size_t i = std::max_element(sides.begin(), sides.end()) - sides.begin();
-  const Vec3 p = t[i], q = t[(i + 1) % 3], r = t[(i + 2) % 3], half = 0.5 * (p + q);
-  return {{{p, half, r}, {half, q, r}}};
+  return static_cast<std::size_t>(std::max_element(sides.begin(), sides.end()) - sides.begin());
 }
 
 inline double longest_side(const std::array<Vec3, 3>& t) {
-  return std::max({length(t[1] - t[0]), length(t[2] - t[1]), length(t[0] - t[2])});
+  const std::size_t i = longest_at(t);
+  return length(t[(i + 1) % 3] - t[i]);
+}
+
+// A triangle cut in two across the middle of its longest side.
+inline std::array<std::array<Vec3, 3>, 2> halved(const std::array<Vec3, 3>& t) {
+  const std::size_t i = longest_at(t);
+  const Vec3 p = t[i], q = t[(i + 1) % 3], r = t[(i + 2) % 3], half = 0.5 * (p + q);
+  return {{{p, half, r}, {half, q, r}}};
 }
 
 }  // namespace bldsimp

@@ -195,7 +195,8 @@ class Orienter {
     const auto above = [&](const Box& box) {
       return box.low.x <= p.x && p.x <= box.high.x && box.low.y <= p.y && p.y <= box.high.y && p.z <= box.high.z;
     };
-    closed_faces.visit(p, above, [&](Index f) {
+    closed_faces.visit(p, above, [&](Index i) {
+      const Index f = closed_faces.order()[i];
       if (component_[f] == c) return;
       const int way = crosses_above(p, corner(f, 0), corner(f, 1), corner(f, 2));
       if (way != 0) crossings.push_back({component_[f], turned_[f] ? -way : way});

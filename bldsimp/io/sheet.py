@@ -83,7 +83,7 @@ def sheet(mesh: Mesh, light: Light, options: Options, *, polygonal: bool) -> She
     polygons.corners = compact[polygons.corners]
     return Sheet(
         name=mesh.name,
-        points=mesh.points[rows],
+        points=light.points[rows],
         normals=None if normals is None else normals[rows],
         carried=_kept_values(mesh, polygons, kept, rows),
         polygons=polygons,

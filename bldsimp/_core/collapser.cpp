@@ -1,0 +1,631 @@
+#include "collapser.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <set>
+#include <unordered_map>
+
+#include "edges.hpp"
+#include "parallel.hpp"
+
+namespace bldsimp {
+namespace {
+
+// Cosine beyond which two faces at an edge lie folded on one another.
+constexpr double kFolded = -0.9;
+// A face may turn this far at most, as a cosine.
+constexpr double kTurned = 0.2;
+// A triangle is a needle below this height, as a share of its longest side.
+constexpr double kNeedle = 1e-3;
+// Weight of an edge's length among costs: of equal ones the shortest goes first.
+constexpr double kLength = 1e-6;
+// Precision of the final bound, as a share of the tolerance, of which it takes as much away.
+constexpr double kPrecision = 5e-3;
+// A point moves if that brings it nearer to its planes by this share of the tolerance.
+constexpr double kWorthMoving = 0.05;
+// Planes count as parallel where one tells less than this share across the other; the second where the first was
+// too bold.
+constexpr double kParallel[] = {1e-3, 0.1};
+// What moves with a point by less than this share of its own way has no say in where it goes.
+constexpr double kLeastShare = 0.1;
+constexpr int kMostRounds = 8;
+
+struct HashFace {
+  std::size_t operator()(const Face& f) const {
+    std::uint64_t h = 0;
+    for (const Index i : f) h = (h ^ static_cast<std::uint32_t>(i)) * 0x9e3779b97f4a7c15u, h ^= h >> 29;
+    return h;
+  }
+};
+
+Face sorted(Face f) {
+  std::sort(f.begin(), f.end());
+  return f;
+}
+
+bool has(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
+
+Face replaced(Face f, Index from, Index to) {
+  for (Index& p : f)
+    if (p == from) p = to;
+  return f;
+}
+
+// As long as twice the area.
+Vec3 normal(const std::array<Vec3, 3>& t) { return cross(t[1] - t[0], t[2] - t[0]); }
+
+double aspect(const std::array<Vec3, 3>& t) {
+  const double longest = longest_side(t);
+  return longest > 0 ? length(normal(t)) / (longest * longest) : 0;
+}
+
+// A face at its place, and whether it would be new.
+struct Side {
+  Face face;
+  Vec3 normal;
+  bool made;
+};
+
+// Whether two faces that share an edge lie folded on one another, at least one of them new.
+bool folds(std::span<const Side> sides) {
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    if (!sides[i].made) continue;
+    for (std::size_t j = 0; j < sides.size(); ++j) {
+      if (j == i || (sides[j].made && j < i)) continue;
+      int shared = 0, forward = 0;
+      for (int k = 0; k < 3; ++k)
+        for (int l = 0; l < 3; ++l) {
+          const Index p = sides[i].face[k], q = sides[i].face[(k + 1) % 3];
+          const Index r = sides[j].face[l], t = sides[j].face[(l + 1) % 3];
+          shared += p == r;
+          forward += p == r && q == t;
+        }
+      if (shared < 2) continue;
+      const double cosine = dot(sides[i].normal, sides[j].normal) * (forward ? -1 : 1);
+      if (cosine < kFolded * length(sides[i].normal) * length(sides[j].normal)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+Collapser::Single Collapser::without_copies(std::span<const Face> faces) {
+  std::unordered_map<Face, Index, HashFace> seen;
+  seen.reserve(2 * faces.size());
+  Single single;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const auto [at, added] = seen.try_emplace(sorted(faces[f]), static_cast<Index>(single.faces.size()));
+    if (added) {
+      single.faces.push_back(faces[f]);
+      single.index.push_back(static_cast<Index>(f));
+      single.copy.push_back(-1);
+    } else {
+      single.copy[at->second] = static_cast<Index>(f);
+    }
+  }
+  return single;
+}
+
+std::vector<Collapser::Labels> Collapser::labels_of(const Single& single, std::span<const Index> label) {
+  std::vector<Labels> found;
+  found.reserve(single.faces.size());
+  for (std::size_t f = 0; f < single.faces.size(); ++f)
+    found.push_back({label[single.index[f]], single.copy[f] < 0 ? -1 : label[single.copy[f]]});
+  return found;
+}
+
+// Edges at which the surface ends or parts, and edges between labels.
+std::vector<Collapser::Edge> Collapser::borders(std::span<const Face> faces, std::size_t points,
+                                                std::span<const Labels> labels) {
+  std::vector<Edge> found;
+  const auto count = static_cast<Index>(points);
+  EdgeBuckets(faces, count).visit(0, count, [&](std::span<const Index> edge) {
+    if (edge.size() == 2 && labels[edge[0] / 3] == labels[edge[1] / 3]) return;
+    found.push_back({{origin(faces, edge[0]), target(faces, edge[0])}, edge.size() == 1 ? 0 : 1, {}});
+    for (const Index h : edge) found.back().labels.push_back(labels[h / 3]);
+    std::sort(found.back().labels.begin(), found.back().labels.end());
+  });
+  return found;
+}
+
+std::vector<Face> Collapser::flat_faces(std::span<const Edge> edges, int kind) {
+  std::vector<Face> flat;
+  for (const Edge& e : edges)
+    if (e.kind == kind) flat.push_back({e.ends[0], e.ends[1], e.ends[1]});
+  return flat;
+}
+
+Collapser::Collapser(const Left& input)
+    : input_(input),
+      limit_((1 - kPrecision) * input.tolerance),
+      single_(without_copies(input.faces)),
+      faces_(single_.faces),
+      labels_(labels_of(single_, input.label)),
+      near_(faces_.size(), 0) {
+  const std::size_t n = input.points.size();
+  if (n) middle_ = input.points[n / 2];
+  for (const Vec3& p : input.points) origin_.push_back(p - middle_);
+  for (const Vec3& p : input.positions) points_.push_back(p - middle_);
+  result_.points.assign(input.positions.begin(), input.positions.end());
+  alive_.assign(faces_.size(), true);
+  star_.resize(n);
+  rim_.resize(n);
+  fixed_.assign(n, false);
+  stamp_.assign(n, 0);
+  for (std::size_t f = 0; f < faces_.size(); ++f)
+    for (const Index p : faces_[f]) star_[p].push_back(static_cast<Index>(f));
+  tree_.emplace(origin_, input.surface);
+  cover_.emplace(origin_, input.surface, points_, faces_, limit_);
+  find_borders();
+  fix_points();
+  add_quadrics();
+}
+
+void Collapser::find_borders() {
+  edges_ = borders(faces_, points_.size(), labels_);
+  std::stable_sort(edges_.begin(), edges_.end(), [](const Edge& e, const Edge& f) { return e.kind < f.kind; });
+  for (std::size_t e = 0; e < edges_.size(); ++e)
+    for (const Index p : edges_[e].ends) rim_[p].push_back(static_cast<Index>(e));
+  const Single whole = without_copies(input_.surface);
+  const auto own = borders(whole.faces, points_.size(), labels_of(whole, input_.surface_label));
+  for (int kind = 0; kind < 2; ++kind) {
+    const auto now = flat_faces(edges_, kind), before = flat_faces(own, kind);
+    if (kind == 0) first_edge_[1] = static_cast<Index>(now.size());
+    if (kind == 0) rims_ = before;
+    edge_tree_[kind].emplace(origin_, before);
+    edge_cover_[kind].emplace(origin_, before, points_, now, limit_);
+  }
+}
+
+// Points stay where chains of borders meet or end, and where nothing is proven.
+void Collapser::fix_points() {
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const auto& rim = rim_[p];
+    std::set<Labels> here, along;
+    for (const Index f : star_[p]) here.insert(labels_[f]);
+    if (rim.size() == 2 && edges_[rim[0]].labels == edges_[rim[1]].labels)
+      along.insert(edges_[rim[0]].labels.begin(), edges_[rim[0]].labels.end());
+    // Sheets of other labels that only touch here would leave the points of their part.
+    fixed_[p] = (rim.empty() ? here.size() > 1 : here != along) || input_.shared[p];
+  }
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    const bool stays = input_.pinned[single_.index[f]] || (single_.copy[f] >= 0 && input_.pinned[single_.copy[f]]);
+    if (stays)
+      for (const Index p : faces_[f]) fixed_[p] = true;
+  }
+  for (const Index f : cover_->unproven())
+    for (const Index p : faces_[f]) fixed_[p] = true;
+}
+
+void Collapser::add_quadrics() {
+  quadric_.resize(points_.size());
+  const auto add = [&](Index p, Vec3 n, Vec3 through, double weight) {
+    quadric_[p].add(n, -dot(n, through), weight);
+  };
+  for (const Face& f : faces_) {
+    const Vec3 n = normal(corners(f));
+    const double twice = length(n);
+    if (twice == 0) continue;
+    for (const Index p : f) add(p, (1 / twice) * n, points_[f[0]], twice / 6);
+  }
+  for (const Edge& e : edges_) {
+    const auto [a, b] = e.ends;
+    const Vec3 along = points_[b] - points_[a];
+    for (const Index f : star_[a]) {
+      if (!has(faces_[f], b)) continue;
+      const Vec3 n = cross(along, normal(corners(faces_[f])));
+      const double size = length(n);
+      if (size == 0) continue;
+      for (const Index p : e.ends) add(p, (1 / size) * n, points_[a], dot(along, along) / 2);
+    }
+  }
+}
+
+Index Collapser::edge_between(Index a, Index b) const {
+  for (const Index e : rim_[a])
+    if (edges_[e].ends[0] == b || edges_[e].ends[1] == b) return e;
+  return -1;
+}
+
+std::vector<Index> Collapser::neighbours(Index a) const {
+  std::vector<Index> near;
+  for (const Index f : star_[a])
+    for (const Index p : faces_[f])
+      if (p != a) near.push_back(p);
+  std::sort(near.begin(), near.end());
+  near.erase(std::unique(near.begin(), near.end()), near.end());
+  return near;
+}
+
+void Collapser::push_from(Index a) {
+  ++stamp_[a];
+  if (fixed_[a]) return;
+  for (const Index b : neighbours(a)) {
+    if (input_.shared[b] || (!rim_[a].empty() && edge_between(a, b) < 0)) continue;
+    Quadric sum = quadric_[a];
+    sum.add(quadric_[b]);
+    const Vec3 way = points_[b] - points_[a];
+    const double size = dot(way, way);
+    queue_.push({std::max(sum.at(points_[b]), 0.0) + kLength * size * size, a, b, stamp_[a]});
+  }
+}
+
+void Collapser::push_all() {
+  for (std::size_t p = 0; p < points_.size(); ++p)
+    if (!star_[p].empty()) push_from(static_cast<Index>(p));
+}
+
+void Collapser::survey(Index a, Index b, Vec3 target) {
+  auto& now = now_;
+  now.a = a, now.b = b, now.target = target;
+  for (auto* list : {&now.dying, &now.moving, &now.around, &now.apexes}) list->clear();
+  now.made.clear();
+  now.old = star_[a];
+  for (const Index f : star_[a]) {
+    if (b < 0 || !has(faces_[f], b)) {
+      now.moving.push_back(f);
+      Corners at = corners(faces_[f]);
+      for (int i = 0; i < 3; ++i)
+        if (faces_[f][i] == a) at[i] = target;
+      now.made.push_back({f, b < 0 ? faces_[f] : replaced(faces_[f], a, b), at});
+      continue;
+    }
+    now.dying.push_back(f);
+    for (const Index p : faces_[f])
+      if (p != a && p != b) now.apexes.push_back(p);
+  }
+  std::sort(now.apexes.begin(), now.apexes.end());
+  now.ring = neighbours(a);
+  for (const Index p : now.ring)
+    for (const Index f : star_[p])
+      if (!has(faces_[f], a)) now.around.push_back(f);
+  std::sort(now.around.begin(), now.around.end());
+  now.around.erase(std::unique(now.around.begin(), now.around.end()), now.around.end());
+  survey_edges();
+}
+
+void Collapser::survey_edges() {
+  auto& now = now_;
+  now.edge = now.b < 0 ? -1 : edge_between(now.a, now.b);
+  now.old_edges.clear();
+  now.made_edges.clear();
+  if (rim_[now.a].empty()) return;
+  now.old_edges = rim_[now.a];
+  for (const Index e : now.old_edges) {
+    if (e == now.edge) continue;
+    const auto& ends = edges_[e].ends;
+    now.made_edges.push_back({e, points_[ends[ends[0] == now.a]], now.target});
+  }
+}
+
+// Whether no other points or edges fall together than those of the faces at the edge, which keeps the topology of
+// any complex; and no chain of borders falls onto another.
+bool Collapser::links() const {
+  const auto& now = now_;
+  const auto is_apex = [&](Index p) { return std::binary_search(now.apexes.begin(), now.apexes.end(), p); };
+  for (const Index p : now.ring) {
+    if (p == now.b || is_apex(p)) continue;
+    for (const Index f : star_[p])
+      if (has(faces_[f], now.b)) return false;
+  }
+  for (const Made& made : now.made) {
+    const Face face = sorted(made.face);
+    for (const Index g : star_[now.b])
+      if (sorted(faces_[g]) == face) return false;
+  }
+  for (const Index p : now.apexes)
+    if (edge_between(now.a, p) >= 0 && edge_between(now.b, p) >= 0) return false;
+  if (!now.moving.empty()) return true;
+  // An ear goes where its last edge is inside of the surface.
+  if (now.dying.size() != 1) return false;
+  const Index apex = now.apexes[0];
+  return std::count_if(star_[now.b].begin(), star_[now.b].end(),
+                       [&](Index f) { return has(faces_[f], apex); }) == 2;
+}
+
+Collapser::Refused Collapser::shape() const {
+  const auto& now = now_;
+  double least = kNeedle;
+  std::vector<Side> before, after;
+  for (const Index f : now.old) {
+    const Corners at = corners(faces_[f]);
+    least = std::min(least, aspect(at));
+    before.push_back({faces_[f], normal(at), true});
+  }
+  for (const Made& made : now.made) {
+    const double own = aspect(made.corners);
+    if (own < least || own == 0) return Refusal::needle;
+    const Corners at = corners(faces_[made.slot]);
+    const Vec3 n = normal(at), m = normal(made.corners);
+    const double size = length(n);
+    if (size > limit_ * longest_side(at) && dot(n, m) < kTurned * size * length(m)) return Refusal::fold;
+    after.push_back({made.face, m, true});
+  }
+  for (const Index f : now.around) {
+    before.push_back({faces_[f], normal(corners(faces_[f])), false});
+    after.push_back(before.back());
+  }
+  if (folds(after) && !folds(before)) return Refusal::fold;
+  return {};
+}
+
+// A few places tell of most faces that are too far, and soon.
+bool Collapser::backward_at_places() {
+  for (const Made& made : now_.made) {
+    const auto& [a, b, c] = made.corners;
+    if (!tree_->within((1.0 / 3) * (a + b + c), limit_, near_[made.slot])) return false;
+  }
+  Index near = now_.made.empty() ? 0 : near_[now_.made[0].slot];
+  return std::all_of(now_.ring.begin(), now_.ring.end(), [&](Index p) {
+    return p == now_.b || tree_->within(0.5 * (points_[p] + now_.target), limit_, near);
+  });
+}
+
+bool Collapser::backward() const {
+  return std::all_of(now_.made.begin(), now_.made.end(),
+                     [&](const Made& made) { return tree_->holds(made.corners, limit_); });
+}
+
+bool Collapser::backward_edge() const {
+  return std::all_of(now_.made_edges.begin(), now_.made_edges.end(), [&](const MadeEdge& made) {
+    return edge_tree_[edges_[made.edge].kind]->holds({made.begin, made.end, made.end}, limit_);
+  });
+}
+
+bool Collapser::forward() {
+  auto& holders = now_.holders;
+  holders.clear();
+  for (const auto& [slot, face, at] : now_.made) holders.push_back({slot, {at[0], at[1], at[2]}});
+  for (const Index f : now_.around) {
+    if (holders.size() >= Cover::most_holders) break;
+    const auto [a, b, c] = corners(faces_[f]);
+    holders.push_back({f, {a, b, c}});
+  }
+  return cover_->finds(now_.old, holders);
+}
+
+bool Collapser::forward_edge() {
+  auto& holders = now_.edge_holders;
+  holders.clear();
+  if (now_.old_edges.empty()) return true;
+  const int kind = edges_[now_.old_edges[0]].kind;
+  const Index first = first_edge_[kind];
+  std::vector<Index> old(now_.old_edges), beside;
+  for (const auto& [e, p, q] : now_.made_edges) holders.push_back({e - first, {p, q, q}});
+  for (const Index e : now_.old_edges)
+    for (const Index p : edges_[e].ends)
+      if (p != now_.a) beside.insert(beside.end(), rim_[p].begin(), rim_[p].end());
+  for (const Index e : beside) {
+    if (edges_[e].kind != kind || std::find(old.begin(), old.end(), e) != old.end()) continue;
+    const auto [p, q] = edges_[e].ends;
+    holders.push_back({e - first, {points_[p], points_[q], points_[q]}});
+  }
+  for (Index& e : old) e -= first;
+  return edge_cover_[kind]->finds(old, holders);
+}
+
+Collapser::Refused Collapser::refusal() {
+  if (now_.b >= 0 && !links()) return Refusal::link;
+  if (const auto bad = shape()) return bad;
+  if (!backward_edge()) return Refusal::border;
+  if (!backward_at_places()) return Refusal::backward;
+  if (!forward_edge()) return Refusal::border;
+  if (!forward()) return Refusal::forward;
+  if (!backward()) return Refusal::backward;
+  return {};
+}
+
+// Makes the proof that was found the standing one.
+void Collapser::commit() {
+  cover_->commit(now_.old, now_.holders);
+  if (now_.old_edges.empty()) return;
+  const int kind = edges_[now_.old_edges[0]].kind;
+  std::vector<Index> old(now_.old_edges);
+  for (Index& e : old) e -= first_edge_[kind];
+  edge_cover_[kind]->commit(old, now_.edge_holders);
+}
+
+void Collapser::apply_collapse() {
+  const auto& now = now_;
+  const Index a = now.a, b = now.b;
+  if (now.edge >= 0) {
+    const Index rest = now.made_edges[0].edge;
+    std::erase(rim_[b], now.edge);
+    rim_[b].push_back(rest);
+    for (Index& p : edges_[rest].ends)
+      if (p == a) p = b;
+    rim_[a].clear();
+  }
+  for (const Index f : now.dying) {
+    alive_[f] = false;
+    for (const Index p : faces_[f])
+      if (p != a) std::erase(star_[p], f);
+  }
+  for (const Made& made : now.made) {
+    faces_[made.slot] = made.face;
+    star_[b].push_back(made.slot);
+  }
+  star_[a].clear();
+  ++stamp_[a];
+  quadric_[b].add(quadric_[a]);
+  for (const Index p : now.ring) push_from(p);
+}
+
+bool Collapser::pop_all() {
+  const Index before = result_.accepted;
+  while (!queue_.empty()) {
+    const Candidate next = queue_.top();
+    queue_.pop();
+    if (stamp_[next.from] != next.stamp) continue;
+    survey(next.from, next.to, points_[next.to]);
+    if (const auto why = refusal()) {
+      ++result_.refusals[static_cast<std::size_t>(*why)];
+      continue;
+    }
+    ++result_.accepted;
+    commit();
+    apply_collapse();
+  }
+  return result_.accepted > before;
+}
+
+// A moved point as it will be written.
+Vec3 Collapser::snapped(Vec3 p) const {
+  const double scale = std::pow(10.0, input_.decimals);
+  p = p + middle_;
+  for (double* x : {&p.x, &p.y, &p.z}) {
+    if (std::abs(*x) * scale < 0x1p52) *x = std::round(*x * scale) / scale;
+    if (input_.single) *x = static_cast<float>(*x);
+  }
+  return p;
+}
+
+// Where a point is best for what relies on the faces and borders at it, its neighbours as they are. The planes of
+// the surface's own faces would not do: noise tilts them, so that they tell nothing a few faces away.
+Quadric Collapser::fit(Index a) {
+  Quadric sum;
+  for (const Index f : star_[a]) {
+    Face face = faces_[f];
+    while (face[0] != a) std::rotate(face.begin(), face.begin() + 1, face.end());
+    const auto [p, q, r] = corners(face);
+    const Vec3 twice = cross(q - p, r - p);
+    const double square = dot(twice, twice);
+    if (square == 0) continue;
+    const Vec3 n = (1 / std::sqrt(square)) * twice;
+    cover_->visit(f, [&](const Corners& piece) {
+      const Vec3 middle = (1.0 / 3) * (piece[0] + piece[1] + piece[2]);
+      // What a share of the point's own way moves the face there.
+      const double share = dot(cross(r - q, middle - q), twice) / square;
+      if (share < kLeastShare) return;
+      const double off = dot(n, middle - p) / share;
+      sum.add(n, -dot(n, p) - off, share * share * length(normal(piece)));
+    });
+  }
+  for (const Index e : rim_[a]) {
+    const Edge& edge = edges_[e];
+    const Vec3 p = points_[a], q = points_[edge.ends[edge.ends[0] == a]], along = q - p;
+    const double square = dot(along, along);
+    if (square == 0) continue;
+    for (const Index f : star_[a]) {
+      if (!has(faces_[f], edge.ends[0]) || !has(faces_[f], edge.ends[1])) continue;
+      const Vec3 across = cross(along, normal(corners(faces_[f])));
+      const double size = length(across);
+      if (size == 0) continue;
+      const Vec3 n = (1 / size) * across;
+      edge_cover_[edge.kind]->visit(e - first_edge_[edge.kind], [&](const Corners& piece) {
+        const Vec3 middle = 0.5 * (piece[0] + piece[1]);
+        const double share = dot(q - middle, along) / square;
+        if (share < kLeastShare) return;
+        const double off = dot(n, middle - p) / share;
+        sum.add(n, -dot(n, p) - off, share * share * length(piece[1] - piece[0]) * std::sqrt(square));
+      });
+    }
+  }
+  return sum;
+}
+
+bool Collapser::move(Index a) {
+  const Vec3 from = points_[a];
+  const Quadric planes = fit(a);
+  const double least = kWorthMoving * limit_;
+  for (const double parallel : kParallel) {
+    Vec3 to = planes.lowest(from, parallel);
+    const double far = length(to - from);
+    if (!(far > 0)) return false;
+    if (far > limit_) to = from + limit_ / far * (to - from);
+    const Vec3 stored = snapped(to);
+    to = stored - middle_;
+    if (!(planes.at(from) - planes.at(to) > least * least * planes.weight())) continue;
+    survey(a, -1, to);
+    if (refusal()) continue;
+    commit();
+    points_[a] = to;
+    result_.points[a] = stored;
+    ++result_.moved;
+    return true;
+  }
+  return false;
+}
+
+void Collapser::move_all() {
+  if (input_.decimals < 0) return;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const auto a = static_cast<Index>(p);
+    if (star_[p].empty() || fixed_[p] || !move(a)) continue;
+    push_from(a);
+    for (const Index q : now_.ring) push_from(q);
+  }
+}
+
+Collapsed Collapser::run() {
+  push_all();
+  // Points that moved let others go.
+  for (int round = 0; round < kMostRounds && pop_all(); ++round) move_all();
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    if (!alive_[f]) continue;
+    result_.triangles.push_back(faces_[f]);
+    result_.source.push_back(single_.index[f]);
+    if (const Index copy = single_.copy[f]; copy >= 0) {
+      result_.triangles.push_back({faces_[f][0], faces_[f][2], faces_[f][1]});
+      result_.source.push_back(copy);
+    }
+  }
+  return result_;
+}
+
+std::vector<Index> Collapser::holders() const {
+  std::vector<Index> made(faces_.size(), -1), found;
+  Index count = 0;
+  for (std::size_t f = 0; f < faces_.size(); ++f) {
+    if (!alive_[f]) continue;
+    made[f] = count;
+    count += single_.copy[f] < 0 ? 1 : 2;
+  }
+  for (std::size_t f = 0; f < input_.surface.size(); ++f)
+    found.push_back(made[cover_->slot_of(static_cast<Index>(f))]);
+  return found;
+}
+
+// The distances at corners and middles tell how little there is no need to look at closely.
+static double farthest(std::span<const Vec3> points, std::span<const Face> faces, const FaceTree& other,
+                       double precision) {
+  std::vector<Vec3> some;
+  for (const auto& [a, b, c] : faces)
+    some.insert(some.end(), {points[a], (1.0 / 3) * (points[a] + points[b] + points[c])});
+  const double least = other.farthest(some, std::numeric_limits<double>::infinity());
+  std::vector<double> reach(faces.size());
+  parallel_for(
+      faces.size(),
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t f = begin; f < end; ++f) {
+          const auto& [a, b, c] = faces[f];
+          reach[f] = other.reach({points[a], points[b], points[c]}, least + precision, precision);
+        }
+      },
+      64);
+  return reach.empty() ? 0 : *std::max_element(reach.begin(), reach.end());
+}
+
+double Collapser::deviation(const Collapsed& result) const {
+  const double precision = kPrecision / (1 - kPrecision) * limit_;
+  const auto& faces = result.triangles;
+  const Single single = without_copies(faces);
+  const std::vector<Labels> none(single.faces.size());
+  const auto rim = flat_faces(borders(single.faces, points_.size(), none), 0);
+  // A border that moves is held to the limit; one beyond it closed, or opened, before.
+  const auto held = [&](std::span<const Vec3> points, std::span<const Face> edges, const FaceTree& other) {
+    std::vector<Face> near;
+    std::copy_if(edges.begin(), edges.end(), std::back_inserter(near), [&](const Face& edge) {
+      return other.holds({points[edge[0]], points[edge[1]], points[edge[2]]}, limit_);
+    });
+    return farthest(points, near, other, precision);
+  };
+  return std::max({farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
+                   farthest(points_, faces, *tree_, precision), held(origin_, rims_, FaceTree(points_, rim)),
+                   held(points_, rim, *edge_tree_[0])});
+}
+
+}  // namespace bldsimp

@@ -1,0 +1,145 @@
+// What is left of a surface while its edges collapse, and the standing proof that both are near one another.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <queue>
+#include <span>
+#include <tuple>
+#include <vector>
+
+#include "collapse.hpp"
+#include "cover.hpp"
+#include "distances.hpp"
+#include "quadric.hpp"
+
+namespace bldsimp {
+
+// A surface, and what is left of it so far, over the same points.
+struct Left {
+  std::span<const Vec3> points;          // of the surface
+  std::span<const Face> surface;
+  std::span<const Index> surface_label;
+  std::span<const Vec3> positions;       // of what is left
+  std::span<const Face> faces;
+  std::span<const Index> label;
+  std::span<const std::uint8_t> pinned;  // faces that stay
+  std::span<const std::uint8_t> shared;  // points that others need as they are, with all that meets there
+  double tolerance;
+  int decimals;
+  bool single;
+};
+
+class Collapser {
+ public:
+  explicit Collapser(const Left& input);
+
+  // Without holders and deviation.
+  Collapsed run();
+
+  // Of each face of the surface, a triangle of the result that holds some of it.
+  std::vector<Index> holders() const;
+
+  // Bound of the distance between the surface and a result, both ways.
+  double deviation(const Collapsed& result) const;
+
+ private:
+  using Refused = std::optional<Refusal>;
+  using Corners = std::array<Vec3, 3>;
+  using Labels = std::array<Index, 2>;
+
+  // Faces that are copies of one another but for their winding count as one.
+  struct Single {
+    std::vector<Face> faces;
+    std::vector<Index> index, copy;  // of the given faces: the one, and the other or -1
+  };
+  struct Edge {
+    std::array<Index, 2> ends;
+    int kind;                    // 0 border, 1 between labels or more than two faces
+    std::vector<Labels> labels;  // of its faces
+  };
+  struct Candidate {
+    double cost;
+    Index from, to, stamp;
+    bool operator<(const Candidate& o) const {  // the least is on top of the queue
+      return std::tie(o.cost, o.from, o.to) < std::tie(cost, from, to);
+    }
+  };
+  struct Made {
+    Index slot;
+    Face face;
+    Corners corners;
+  };
+  struct MadeEdge {
+    Index edge;
+    Vec3 begin, end;
+  };
+
+  static Single without_copies(std::span<const Face> faces);
+  static std::vector<Labels> labels_of(const Single& single, std::span<const Index> label);
+  static std::vector<Edge> borders(std::span<const Face> faces, std::size_t points, std::span<const Labels> labels);
+  static std::vector<Face> flat_faces(std::span<const Edge> edges, int kind);
+
+  Corners corners(const Face& f) const { return {points_[f[0]], points_[f[1]], points_[f[2]]}; }
+  void find_borders();
+  void fix_points();
+  void add_quadrics();
+  void push_from(Index a);
+  void push_all();
+  bool pop_all();
+  void move_all();
+  Quadric fit(Index a);
+  bool move(Index a);
+  Vec3 snapped(Vec3 p) const;
+  Index edge_between(Index a, Index b) const;
+  std::vector<Index> neighbours(Index a) const;
+
+  void survey(Index a, Index b, Vec3 target);
+  void survey_edges();
+  Refused refusal();
+  bool links() const;
+  Refused shape() const;
+  bool backward_at_places();
+  bool backward() const;
+  bool backward_edge() const;
+  bool forward();
+  bool forward_edge();
+  void commit();
+  void apply_collapse();
+
+  Left input_;
+  double limit_;
+  Vec3 middle_{0, 0, 0};
+  std::vector<Vec3> origin_, points_;  // about the middle: of the surface, of what is left
+  Single single_;
+  std::vector<Face>& faces_;
+  std::vector<Labels> labels_;
+  std::vector<bool> alive_;
+  std::vector<std::vector<Index>> star_, rim_;  // faces and border edges at each point
+  std::vector<Edge> edges_;
+  std::vector<bool> fixed_;
+  std::vector<Quadric> quadric_;
+  std::vector<Index> stamp_;
+  std::priority_queue<Candidate> queue_;
+  std::array<Index, 2> first_edge_{0, 0};  // of each kind
+  std::optional<FaceTree> tree_;
+  std::vector<Index> near_;  // of each face, one of the surface that was near it
+  std::vector<Face> rims_;   // borders of the surface, as faces without area
+  std::array<std::optional<FaceTree>, 2> edge_tree_;
+  std::optional<Cover> cover_;
+  std::array<std::optional<Cover>, 2> edge_cover_;
+  Collapsed result_;
+
+  // The change that is looked at: a goes to b, or (b is -1) to where the target is.
+  struct {
+    Index a, b, edge;  // border edge a-b; -1 for none
+    Vec3 target;
+    std::vector<Index> dying, moving, around;  // faces; `around` are those that stay as they are, at the ring
+    std::vector<Made> made;
+    std::vector<MadeEdge> made_edges;
+    std::vector<Index> old, old_edges, ring, apexes;
+    std::vector<Holder> holders, edge_holders;
+  } now_;
+};
+
+}  // namespace bldsimp
