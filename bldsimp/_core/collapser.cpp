@@ -159,6 +159,7 @@ Collapser::Collapser(const Left& input)
     for (const Index p : faces_[f]) star_[p].push_back(static_cast<Index>(f));
   tree_.emplace(origin_, input.surface);
   cover_.emplace(origin_, input.surface, points_, faces_, limit_);
+  crossings_.emplace(result_.points, faces_, input.beside);
   find_borders();
   fix_points();
   add_quadrics();
@@ -258,9 +259,10 @@ void Collapser::push_all() {
     if (!star_[p].empty()) push_from(static_cast<Index>(p));
 }
 
-void Collapser::survey(Index a, Index b, Vec3 target) {
+void Collapser::survey(Index a, Index b, Vec3 stored) {
   auto& now = now_;
-  now.a = a, now.b = b, now.target = target;
+  const Vec3 target = stored - middle_;
+  now.a = a, now.b = b, now.target = target, now.stored = stored;
   for (auto* list : {&now.dying, &now.moving, &now.around, &now.apexes}) list->clear();
   now.made.clear();
   now.old = star_[a];
@@ -415,12 +417,27 @@ Collapser::Refused Collapser::refusal() {
   if (!forward_edge()) return Refusal::border;
   if (!forward()) return Refusal::forward;
   if (!backward()) return Refusal::backward;
+  if (crossings_->made(now_.old, now_.around, changes())) return Refusal::crossing;
   return {};
+}
+
+std::vector<Crossings::Change> Collapser::changes() const {
+  std::vector<Crossings::Change> changes;
+  for (const Made& made : now_.made) {
+    Corners at;
+    for (int i = 0; i < 3; ++i) {
+      const Index p = made.face[i];
+      at[i] = p == (now_.b < 0 ? now_.a : now_.b) ? now_.stored : result_.points[p];
+    }
+    changes.push_back({made.slot, {made.face, at}});
+  }
+  return changes;
 }
 
 // Makes the proof that was found the standing one.
 void Collapser::commit() {
   cover_->commit(now_.old, now_.holders);
+  crossings_->commit(now_.old, changes());
   if (now_.old_edges.empty()) return;
   const int kind = edges_[now_.old_edges[0]].kind;
   std::vector<Index> old(now_.old_edges);
@@ -460,7 +477,7 @@ bool Collapser::pop_all() {
     const Candidate next = queue_.top();
     queue_.pop();
     if (stamp_[next.from] != next.stamp) continue;
-    survey(next.from, next.to, points_[next.to]);
+    survey(next.from, next.to, result_.points[next.to]);
     if (const auto why = refusal()) {
       ++result_.refusals[static_cast<std::size_t>(*why)];
       continue;
@@ -539,7 +556,7 @@ bool Collapser::move(Index a) {
     const Vec3 stored = snapped(to);
     to = stored - middle_;
     if (!(planes.at(from) - planes.at(to) > least * least * planes.weight())) continue;
-    survey(a, -1, to);
+    survey(a, -1, stored);
     if (refusal()) continue;
     commit();
     points_[a] = to;

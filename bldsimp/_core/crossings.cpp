@@ -198,9 +198,12 @@ std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, s
   return pairs;
 }
 
-Crossings::Crossings(std::span<const Vec3> points, std::span<const Face> faces)
-    : points_(points), slots_(faces.begin(), faces.end()), place_(faces.size()), live_(faces.size()) {
-  std::vector<Index> all(faces.size());
+Crossings::Crossings(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Face> beside)
+    : points_(points), slots_(faces.begin(), faces.end()), own_(static_cast<Index>(faces.size())) {
+  slots_.insert(slots_.end(), beside.begin(), beside.end());
+  live_ = slots_.size();
+  place_.resize(live_);
+  std::vector<Index> all(live_);
   std::iota(all.begin(), all.end(), 0);
   plant(std::move(all));
 }
@@ -216,13 +219,13 @@ void Crossings::plant(std::vector<Index> slots) {
   }
 }
 
-// Calls leaf(triangle, box) for what stays and has a box that meets this one, until that is false.
+// Calls leaf(slot, triangle, box) for what stays and has a box that meets this one, until that is false.
 template <class Leaf>
 bool Crossings::visit(const Box& box, std::span<const Index> old, Leaf leaf) const {
   return tree_->visit(box, [&](Index place) {
     if (!boxes_[place].meets(box)) return true;
     const Index slot = tree_->order()[place];
-    return std::find(old.begin(), old.end(), slot) != old.end() || leaf(at(slot), boxes_[place]);
+    return std::find(old.begin(), old.end(), slot) != old.end() || leaf(slot, at(slot), boxes_[place]);
   });
 }
 
@@ -254,7 +257,7 @@ class Crossings::Before {
  private:
   void find() {
     found_ = true;
-    mesh_.visit(all_, {}, [&](const Triangle& t, const Box& box) {
+    mesh_.visit(all_, {}, [&](Index, const Triangle& t, const Box& box) {
       const bool does = std::any_of(own_.begin(), own_.end(), [&](const Oriented& f) {
         return box_of(f).meets(box) && cross_each_other(f, t);
       });
@@ -285,9 +288,9 @@ bool Crossings::made(std::span<const Index> old, std::span<const Index> around, 
   for (std::size_t i = 0; i < come.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (cross_each_other(come[i], come[j]) && !look_back().each_other()) return true;
-  return !visit(all, old, [&](const Triangle& t, const Box& box) {
+  return !visit(all, old, [&](Index slot, const Triangle& t, const Box& box) {
     for (std::size_t i = 0; i < come.size(); ++i)
-      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return look_back().at(t);
+      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return slot < own_ && look_back().at(t);
     return true;
   });
 }
