@@ -27,6 +27,9 @@ STAGED_DIAGONAL = 1e-5
 MOVED_SHARE = 1e-3
 """Coordinates of points that a wide tolerance moves are rounded to no more than this share of it."""
 
+SPARE_SHARE = 0.99
+"""Share of a wide tolerance within which the rest must hold a body that is dropped; the rest may still move."""
+
 LEAST_GAIN = 0.125
 """Curved surfaces of a component that would lose a smaller share of their points keep their faces, so that a
 second run, which always finds another cut, finds little to do."""

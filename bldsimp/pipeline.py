@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from . import _core
 from .assembled import Layout
 from .ladder import climb
-from .options import AUTO_DIAGONAL, DEFAULTS, MOVED_SHARE, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
+from .options import AUTO_DIAGONAL, DEFAULTS, MOVED_SHARE, NEEDLE_DIAGONAL, SPARE_SHARE, STAGED_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
 from .scene import LARGEST_COORDINATE, Faces, Flags, Indices, Light, Mesh, Points
 from .triangulation import Statistics
@@ -212,11 +212,10 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
     points, faces, part = welded.points, welded.faces, mesh.part_of_face[welded.source]
     facet_of_face = first.facet_of_light[welded.source]
     slack = _frame(mesh.box)[2]
-    left_out = np.zeros(len(faces), np.uint8)
-    found = _core.collapse(
-        points, faces, part, passed_on[part].astype(np.uint8), left_out, tolerance - slack,
-        _decimals(tolerance), mesh.single,
-    )  # fmt: skip
+    pinned, within = passed_on[part].astype(np.uint8), tolerance - slack
+    spare = _core.find_spare(points, faces, _core.find_bodies(points, faces), pinned, SPARE_SHARE * within)
+    found = _core.collapse(points, faces, part, pinned, spare, within, _decimals(tolerance), mesh.single)
+    changed = found.accepted + found.moved > 0 or bool(spare.any())
     facet = facet_of_face[found.source]
     kept = np.zeros(len(points), np.uint8)
     kept[found.triangles] = 1
@@ -239,10 +238,10 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
         source=welded.source,
         planes=first.planes,
         rung=first.rung,
-        unchanged=np.full_like(first.unchanged, found.accepted + found.moved == 0),
+        unchanged=np.full_like(first.unchanged, not changed),
         before=first.after,
         after=_counted(found.triangles, points, light),
-        deviation=found.deviation + slack if found.accepted + found.moved else 0.0,
+        deviation=found.deviation + slack if changed else 0.0,
     )
 
 

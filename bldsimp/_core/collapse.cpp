@@ -127,7 +127,8 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
   const auto label = taken(input.label, sources);
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
-  block.result = proven({points, faces, label, points, faces, label, pinned, stays, input.tolerance, input.decimals,
+  const std::vector<std::uint8_t> none(faces.size(), 0);
+  block.result = proven({points, faces, label, none, points, faces, label, pinned, stays, input.tolerance, input.decimals,
                          input.single},
                         false, false);
 }
@@ -164,14 +165,15 @@ void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
 
 Collapsed collapse(const CollapseInput& input) {
   Now now = whole(input);
+  const bool fewer = now.faces.size() < input.surface.size();
   Collapsed total;
   collapse_blocks(input, now, total);
   const auto label = taken<Index>(input.label, now.source);
   const auto pinned = taken<std::uint8_t>(input.pinned, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
-  const Left left{input.points, input.surface, input.label,  now.points,      now.faces,   label,
+  const Left left{input.points, input.surface, input.label,     input.left_out, now.points,  now.faces, label,
                   pinned,       none,          input.tolerance, input.decimals, input.single};
-  Collapsed result = proven(left, true, total.accepted + total.moved > 0);
+  Collapsed result = proven(left, true, fewer || total.accepted + total.moved > 0);
   for (Index& f : result.source) f = now.source[f];
   for (std::size_t i = 0; i < total.refusals.size(); ++i) result.refusals[i] += total.refusals[i];
   result.accepted += total.accepted;
