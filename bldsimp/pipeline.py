@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from . import _core
 from .assembled import Layout
+from .dropped import Dropped, spare
 from .ladder import climb
-from .options import AUTO_DIAGONAL, DEFAULTS, MOVED_SHARE, NEEDLE_DIAGONAL, SPARE_SHARE, STAGED_DIAGONAL, WIDTH_SHARE, Options
+from .options import AUTO_DIAGONAL, DEFAULTS, MOVED_SHARE, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
 from .scene import LARGEST_COORDINATE, Faces, Flags, Indices, Light, Mesh, Points
 from .triangulation import Statistics
@@ -50,6 +51,7 @@ class Outcome:
         Points that stay only since sheets meet there inside of facets.
     reasons : dict of str to int
         Why facets stand below the first rung.
+    dropped : list of Dropped
     statistics : Statistics
         Of all triangulations.
     layout : Layout or None
@@ -75,6 +77,7 @@ class Outcome:
     healed: int = 0
     touching: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
+    dropped: list[Dropped] = field(default_factory=list)
     statistics: Statistics = field(default_factory=Statistics)
     layout: Layout | None = None
 
@@ -96,6 +99,7 @@ class Outcome:
             turned=self.turned + second.turned,
             healed=self.healed + second.healed,
             reasons=dict(Counter(self.reasons) + Counter(second.reasons)),
+            dropped=self.dropped + second.dropped,
             statistics=self.statistics + second.statistics,
         )
 
@@ -213,9 +217,9 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
     facet_of_face = first.facet_of_light[welded.source]
     slack = _frame(mesh.box)[2]
     pinned, within = passed_on[part].astype(np.uint8), tolerance - slack
-    spare = _core.find_spare(points, faces, _core.find_bodies(points, faces), pinned, SPARE_SHARE * within)
-    found = _core.collapse(points, faces, part, pinned, spare, within, _decimals(tolerance), mesh.single)
-    changed = found.accepted + found.moved > 0 or bool(spare.any())
+    needless, dropped = spare(points, faces, part, pinned, within)
+    found = _core.collapse(points, faces, part, pinned, needless, within, _decimals(tolerance), mesh.single)
+    changed = found.accepted + found.moved > 0 or len(dropped) > 0
     facet = facet_of_face[found.source]
     kept = np.zeros(len(points), np.uint8)
     kept[found.triangles] = 1
@@ -242,6 +246,7 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
         before=first.after,
         after=_counted(found.triangles, points, light),
         deviation=found.deviation + slack if changed else 0.0,
+        dropped=dropped,
     )
 
 
@@ -320,6 +325,13 @@ def _looked_up(
     order = np.lexsort((values, keys))
     place = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
     return values[order][place], keys[order][place] == wanted
+
+
+def counted(mesh: Mesh, options: Options) -> Counts:
+    """A mesh in numbers, as `simplify_mesh` counts before it does anything."""
+    welded, _ = _welded(mesh, _passed_on(mesh, options), options.weld)
+    count = len(welded.points)
+    return _counts(count, len(mesh.faces), *_core.count_edges(welded.faces, count))
 
 
 def _counted(triangles: Faces, points: Points, light: Light) -> Counts:
