@@ -71,6 +71,13 @@ def test_solids_that_touch_are_bodies_of_their_own(make, count: int) -> None:  #
     assert bodies_of(solids.subdivided(make())) == count
 
 
+def test_directions_that_differ_by_rounding_are_one() -> None:
+    rooms = [solids.box((0.37, 0.91, 1.13), (0.37 * i, 0, 0)) for i in range(3)]
+    for degrees in (0.0, 7.3, 33.3, 71.9):
+        mesh = solids.subdivided(solids.welded(solids.merged(*rooms)), 2)
+        assert bodies_of(solids.rotated(mesh, degrees)) == 3
+
+
 def test_a_doubled_wall_becomes_one() -> None:
     case = simplified(solids.merged(sheet(), sheet(0.01)), 0.05)
     assert (case.report.after.points, case.report.after.triangles) == (4, 2)
@@ -113,6 +120,22 @@ def test_a_solid_deep_in_a_thick_wall_stays() -> None:
     core = solids.box((1, 0.1, 1), (1, 0.1, 1))
     assert simplified(solids.merged(wall(), core), 0.05).report.dropped == []
     assert len(simplified(solids.merged(wall(0.09), solids.box((1, 0.05, 1), (1, 0.02, 1))), 0.05).report.dropped) == 1
+
+
+def test_the_smaller_one_goes() -> None:
+    for mesh in (solids.merged(sheet(), sheet(0.01, 4.02)), solids.merged(sheet(0.01, 4.02), sheet())):
+        case = simplified(mesh, 0.05)
+        assert case.after.points.max() == 4.02
+        assert well_done(case)
+
+
+def test_what_went_frees_what_it_was_joined_to() -> None:
+    # Without the flap, which is larger and goes later, the box would leave its edge to the flap alone.
+    box = solids.box((0.2, 0.02, 0.2), (1, 0.01, 1))
+    flap = solids.of_polygons([(1, 0.01, 0.5), (1.2, 0.01, 0.5), (1.2, 0.01, 1), (1, 0.01, 1)])
+    case = simplified(solids.welded(solids.merged(sheet(), box, flap)), 0.05)
+    assert sorted(part.triangles for part in case.report.dropped) == [2, 12]
+    assert well_done(case)
 
 
 def test_sheets_that_hold_one_another_never_all_go() -> None:
