@@ -123,7 +123,7 @@ def test_a_solid_deep_in_a_thick_wall_stays() -> None:
 
 
 def test_the_smaller_one_goes() -> None:
-    for mesh in (solids.merged(sheet(), sheet(0.01, 4.02)), solids.merged(sheet(0.01, 4.02), sheet())):
+    for mesh in (solids.merged(sheet(), sheet(0.01, 4.02)), solids.merged(sheet(0.01), sheet(0.0, 4.02))):
         case = simplified(mesh, 0.05)
         assert case.after.points.max() == 4.02
         assert well_done(case)
