@@ -59,15 +59,17 @@ class Edges {
   bool lay(std::span<const Index> edge) {
     const auto [a, b] = std::minmax({origin(faces_, edge[0]), target(faces_, edge[0])});
     const Vec3 along = points_[b] - points_[a];
+    const double squared = dot(along, along);
+    if (squared == 0) return false;
     const auto away = [&](Index h) {
       const Vec3 way = points_[apex(faces_, h)] - points_[a];
-      return way - (dot(way, along) / dot(along, along)) * along;
+      return way - (dot(way, along) / squared) * along;
     };
     const auto farther = [&](Index h, Index g) {
       const Vec3 p = away(h), q = away(g);
       return std::tuple(-dot(p, p), apex(faces_, h)) < std::tuple(-dot(q, q), apex(faces_, g));
     };
-    const Vec3 x = away(*std::min_element(edge.begin(), edge.end(), farther)), y = (1 / length(along)) * cross(along, x);
+    const Vec3 x = away(*std::min_element(edge.begin(), edge.end(), farther)), y = (1 / std::sqrt(squared)) * cross(along, x);
     spokes_.clear();
     std::size_t before = 0;
     for (const Index h : edge) {
