@@ -97,14 +97,15 @@ def without_small(meshes: list[Mesh], options: Options) -> tuple[list[Mesh], lis
 
 
 class _Components:
-    """The components of a mesh, by the edges that faces share; all that is told of each is in order of its least face."""
+    """The components of a mesh, by the edges that faces share, in order of their least faces."""
 
     def __init__(self, mesh: Mesh, options: Options) -> None:
         self.mesh = mesh
         welded = _core.weld(mesh.points, mesh.faces, options.weld / (scale(mesh) or 1.0))
         corners = np.ascontiguousarray(welded.point_of_row[mesh.faces], np.int32)
         component = _core.find_components(corners, len(welded.points))
-        roots, self.of_face = np.unique(component, return_inverse=True)
+        roots, order = np.unique(component, return_inverse=True)
+        self.of_face = order.astype(np.int32)
         passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
         self.pinned = np.zeros(len(roots), bool)
         self.pinned[self.of_face[passed_on[mesh.part_of_face]]] = True
