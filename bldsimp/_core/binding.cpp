@@ -8,6 +8,7 @@
 #include <optional>
 #include <tuple>
 
+#include "bodies.hpp"
 #include "cdt.hpp"
 #include "collapse.hpp"
 #include "conform.hpp"
@@ -21,6 +22,7 @@
 #include "predicates.hpp"
 #include "retriangulate.hpp"
 #include "rows.hpp"
+#include "spare.hpp"
 #include "thin.hpp"
 #include "weld.hpp"
 
@@ -151,6 +153,28 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(component));
       },
       "faces"_a, "point_count"_a);
+  m.def(
+      "find_bodies",
+      [](Points3 points, Faces3 faces) {
+        Array<Index> body;
+        {
+          nb::gil_scoped_release release;
+          body = find_bodies(rows<Vec3>(points), rows<Face>(faces));
+        }
+        return give<Index>(std::move(body));
+      },
+      "points"_a, "faces"_a);
+  m.def(
+      "find_spare",
+      [](Points3 points, Faces3 faces, Indices body, Bytes pinned, double limit) {
+        std::vector<std::uint8_t> spare;
+        {
+          nb::gil_scoped_release release;
+          spare = find_spare(rows<Vec3>(points), rows<Face>(faces), flat(body), flat(pinned), limit);
+        }
+        return give<std::uint8_t>(std::move(spare));
+      },
+      "points"_a, "faces"_a, "body"_a, "pinned"_a, "limit"_a);
   m.def(
       "pair_halfedges",
       [](Points3 points, Faces3 faces, const RowArrays* face_rows, double width) {
