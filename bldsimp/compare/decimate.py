@@ -76,7 +76,8 @@ class Decimator:
     start : Surface, optional
         What is decimated, where it is not the original itself.
     most : int, optional
-        The greatest target; the number of faces where left out.
+        The greatest target, of a tool that is limited by a length and takes the diagonal by the target for it;
+        the number of faces where left out.
     aimed : bool
         Whether the target matters; else there is one result.
     """
@@ -94,6 +95,7 @@ class Decimator:
         self._decimate = decimate
         self._points, self._faces = start.points - judge.origin, start.faces
         self._most = len(start.faces) if most is None else most
+        self._by_length = most is not None
         self._least = min(LEAST_TRIANGLES, self._most)
         self._aimed = aimed
         self._runs: dict[int, Run] = {}
@@ -129,14 +131,20 @@ class Decimator:
         low, high = (self._least, self._run(self._least).points), (self._most, len(self._points))
         if low[1] >= points:
             return self._found(low[0])
-        for _ in range(STEPS_TO_POINTS):
+        for _ in range(STEPS if self._by_length else STEPS_TO_POINTS):
             if high[0] - low[0] <= 1 or high[1] == points:
                 break
-            share = (points - low[1]) / max(high[1] - low[1], 1)
-            target = min(max(low[0] + round(share * (high[0] - low[0])), low[0] + 1), high[0] - 1)
+            target = self._between(low, high, points)
             found = self._run(target).points
             low, high = ((target, found), high) if found < points else (low, (target, found))
         return self._found(high[0])
+
+    def _between(self, low: tuple[int, int], high: tuple[int, int], points: int) -> int:
+        """A target between two, of which the points are known, for a number of points between theirs."""
+        if self._by_length:
+            return math.isqrt(low[0] * high[0])
+        share = (points - low[1]) / max(high[1] - low[1], 1)
+        return min(max(low[0] + round(share * (high[0] - low[0])), low[0] + 1), high[0] - 1)
 
     def _is_within(self, target: int, limit: float) -> bool:
         run = self._run(target)
