@@ -156,6 +156,12 @@ class TestFairness:
         assert improved.border_made == 0
 
 
+def faces_apart(count: int) -> Surface:
+    """Faces that share no point."""
+    rows = np.arange(3 * count)
+    return welded(np.stack([rows, rows % 3, rows % 2], axis=1).astype(float), rows.reshape(-1, 3).astype(np.int32))
+
+
 class TestDecimator:
     def test_runs_are_shared_between_limits(self) -> None:
         points, faces = fine_box(12)
@@ -204,11 +210,15 @@ class TestDecimator:
         def longer_is_fewer(points, faces, target):
             return points, faces[: round(len(faces) * math.log(target) / math.log(FINEST))]
 
-        rows = np.arange(600)
-        apart = np.stack([rows, rows % 3, rows % 2], axis=1).astype(float)
-        start = welded(apart, rows.reshape(-1, 3).astype(np.int32))
-        found = Decimator(Judge(start), longer_is_fewer, most=FINEST).at_points(points)
+        found = Decimator(Judge(faces_apart(200)), longer_is_fewer, most=FINEST).at_points(points)
         assert points <= len(found.surface.points) <= points + 3
+
+    def test_points_that_stay_the_same_for_many_targets_are_left_behind(self) -> None:
+        def stops_early(points, faces, target):
+            return points, faces[: max(target, 900)]
+
+        found = Decimator(Judge(faces_apart(20_000)), stops_early).at_points(2_730)
+        assert 2_730 <= len(found.surface.points) <= 2_760
 
     def test_no_fewer_points_than_the_tool_gives(self) -> None:
         start = welded(*fine_box())

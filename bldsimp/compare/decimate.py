@@ -24,8 +24,8 @@ STEPS = 14
 LEAST_TRIANGLES = 12
 """Where the bisection starts: a box."""
 
-STEPS_TO_POINTS = 10
-"""So often a target is guessed for a number of points."""
+STEPS_TO_POINTS = 16
+"""So often a target is guessed for a number of points, at most."""
 
 Arrays = tuple[Points, NDArray[Any]]
 
@@ -131,20 +131,17 @@ class Decimator:
         low, high = (self._least, self._run(self._least).points), (self._most, len(self._points))
         if low[1] >= points:
             return self._found(low[0])
-        for _ in range(STEPS if self._by_length else STEPS_TO_POINTS):
+        for step in range(STEPS_TO_POINTS):
             if high[0] - low[0] <= 1 or high[1] == points:
                 break
-            target = self._between(low, high, points)
+            # Lines do where points go with the target; where they stay the same for long, only halving gets on.
+            halve = self._by_length or step % 2 == 1
+            share = (points - low[1]) / max(high[1] - low[1], 1)
+            guess = math.isqrt(low[0] * high[0]) if halve else low[0] + round(share * (high[0] - low[0]))
+            target = min(max(guess, low[0] + 1), high[0] - 1)
             found = self._run(target).points
             low, high = ((target, found), high) if found < points else (low, (target, found))
         return self._found(high[0])
-
-    def _between(self, low: tuple[int, int], high: tuple[int, int], points: int) -> int:
-        """A target between two, of which the points are known, for a number of points between theirs."""
-        if self._by_length:
-            return math.isqrt(low[0] * high[0])
-        share = (points - low[1]) / max(high[1] - low[1], 1)
-        return min(max(low[0] + round(share * (high[0] - low[0])), low[0] + 1), high[0] - 1)
 
     def _is_within(self, target: int, limit: float) -> bool:
         run = self._run(target)
