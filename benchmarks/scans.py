@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from normals import Walls, as_many, asked
+from normals import Walls, asked
 from peers import as_surface, decimators, judge_of, read_model
 from PIL.Image import Dither
 from surface import Surface, deviation, welded
@@ -67,7 +67,7 @@ SCANS = (
         "noisy/easy3d_building.off",
         "scan_building",
         "A building, from aerial photographs",
-        "`resources/data/building.off` of Easy3D by Liangliang Nan",
+        "`resources/data/building.off` of the repository LiangliangNan/Easy3D",
         "GPL-3.0, and so is that of its pictures",
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
         {
@@ -79,7 +79,7 @@ SCANS = (
         "noisy/planeopt_copyroom.ply",
         "scan_room",
         "A room, from a depth camera",
-        "`models/copyroom/copyroom_c2000_opt.ply` of plane-opt-rgbd by Chao Wang",
+        "`models/copyroom/copyroom_c2000_opt.ply` of the repository chaowang15/plane-opt-rgbd",
         "MIT",
         ((-0.3420, -0.5604, 0.7543), (-0.9397, 0.1976, -0.2793), (0.0075, -0.8043, -0.5942)),
         {
@@ -115,11 +115,11 @@ class Result:
 
 
 def results(mesh: Surface, judge: Judge, tolerance: float) -> list[Result]:
-    """The original, bldsimp, and each peer that gets down to as many points."""
+    """The original, bldsimp, and each peer that does not refuse: with as many points, or the fewest it gets down to."""
     walls = Walls(mesh, tolerance)
     light = welded(*bldsimp.simplify((mesh.points, mesh.faces), tolerance).mesh)
     made = {"original": (mesh, 0.0), OURS: (light, deviation(mesh, light))}
-    for name, found in asked(decimators(judge), as_many(len(light.points))).items():
+    for name, found in asked(decimators(judge), lambda tool: tool.at_points(len(light.points))).items():
         if not isinstance(found, str):
             made[name] = (as_surface(found.surface), found.deviation)
     return [measured(name, *each, judge, walls) for name, each in made.items()]
@@ -156,10 +156,10 @@ HEADER = ("method", "points", "triangles", "deviation / tolerance", "normals tur
 TEXT = """\
 # Scans
 
-A scan is nowhere flat. Here are two, each at 0.5 % and, nearer, at 0.1 % of its diagonal: the original, what
-bldsimp makes of it, and what other tools make of it with as many points. Every face has one shade, and no edges are
-drawn, so that a wall shows whether it is flat. Tools that refuse the model or do not get down to as many
-points are not shown. One command makes this page: `python benchmarks/scans.py`.
+A scan is nowhere flat. Here are two, each at 0.5 % and, nearer, at 0.1 % of its diagonal: the original, what bldsimp
+makes of it, and what other tools make of it with as many points, or with the fewest that they get down to. Every face
+has one shade, and no edges are drawn, so that a wall shows whether it is flat. Tools that refuse the model are not
+shown. One command makes this page: `python benchmarks/scans.py`.
 
 *Deviation* is measured both ways, in units of the tolerance. *Normals turned* is the share of the original's area
 where the nearest face of the result is turned by more than 30 degrees. *Borders moved* counts open edges that are
