@@ -35,6 +35,7 @@ class Cause(IntEnum):
     CLASH = 4
     MISFIT = 5
     LITTLE_GAIN = 6
+    PIERCED = 7
 
 
 @dataclass(frozen=True)

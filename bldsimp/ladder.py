@@ -219,7 +219,7 @@ class _Ladder:
             self._put_back(self.edges.clashing)
             self._note(self._parts_of_points(self.edges.clashing), Rung.POINTS_PUT_BACK, Cause.CLASH)
             return False
-        fits = self._retriangulate() and self._fits_together() and self._hangs_together()
+        fits = self._retriangulate() and self._fits_together() and self._hangs_together() and self._stays_apart()
         if self.cut:
             self._split()
         return fits
@@ -311,6 +311,34 @@ class _Ladder:
             culprits = np.unique(farthest[np.isin(chain, self._chains_of(part)) & (farthest >= 0)])
             self._step_down(part, Cause.MISFIT, culprits, np.empty((0, 2), np.int32))
         return False
+
+    def _stays_apart(self) -> bool:
+        """Whether no facets pass through one another that did not before; those that do step down."""
+        changed = self.unchanged[self.part_of_triangle] == 0
+        crossing = _core.find_crossings(self.points, self.triangles, changed.astype(np.uint8))
+        crossing = crossing[~self._crossed_before(self.part_of_triangle[crossing])]
+        triangles = np.unique(crossing)
+        triangles = triangles[changed[triangles]]
+        parts = self.part_of_triangle[triangles]
+        for part in np.unique(parts):
+            own = self.triangles[triangles[parts == part]]
+            edges = self._key(own, np.roll(own, -1, axis=1))
+            on_edge = np.isin(self._key(self.pieces.begin, self.pieces.end), edges) & (self.pieces.farthest >= 0)
+            corners = np.unique(own)
+            self._step_down(
+                part, Cause.PIERCED, np.unique(self.pieces.farthest[on_edge]), np.stack([corners, corners], axis=1)
+            )
+        return len(triangles) == 0
+
+    def _crossed_before(self, parts: Indices) -> NDArray[np.bool_]:
+        """Whether faces of both parts of each pair passed through one another."""
+        if not len(parts):
+            return np.zeros(0, bool)
+        suspects = np.zeros(len(self.keep), np.uint8)
+        suspects[parts] = 1
+        faces = np.flatnonzero(suspects[self.facets.facet_of_face])
+        before = self.facets.facet_of_face[faces][_core.find_crossings(self.points, self.faces[faces])]
+        return np.isin(self._key(*parts.T), self._key(*before.T))
 
     def _step_down(self, part: np.int32, cause: Cause, culprits: Indices, trouble: Indices) -> None:
         """Keep more of a part: the least that may help and was not tried yet."""

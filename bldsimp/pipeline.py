@@ -218,7 +218,8 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
     slack = _frame(mesh.box)[2]
     pinned, within = passed_on[part].astype(np.uint8), tolerance - slack
     needless, dropped = spare(points, faces, part, pinned, within)
-    found = _core.collapse(points, faces, part, pinned, needless, within, _decimals(tolerance), mesh.single)
+    decimals = _NONE_MOVES if mesh.quantized else _decimals(tolerance)
+    found = _core.collapse(points, faces, part, pinned, needless, within, decimals, mesh.single)
     changed = found.accepted + found.moved > 0 or len(dropped) > 0
     facet = facet_of_face[found.source]
     kept = np.zeros(len(points), np.uint8)
@@ -248,6 +249,9 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
         deviation=found.deviation + slack if changed else 0.0,
         dropped=dropped,
     )
+
+
+_NONE_MOVES = -1
 
 
 def _decimals(tolerance: float) -> int:

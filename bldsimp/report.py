@@ -23,6 +23,7 @@ REASONS = {
     "mismatch": "areas would differ",
     "clash": "edges would be laid on one another",
     "misfit": "edges would not match their neighbours",
+    "pierced": "it would pass through another facet",
     "little_gain": "a curved surface would lose too few points",
 }
 """Why a facet steps down, in words."""

@@ -77,6 +77,8 @@ class Mesh:
     rounding : float
         Half a unit of the last written decimal digit where the file's numbers are decimal with six
         significant digits or more, else 0; model units.
+    quantized : bool
+        Points are stored as integers: none can move.
     source : object
         Only `io` looks inside.
     """
@@ -90,6 +92,7 @@ class Mesh:
     normals: NDArray[np.float64] | None = None
     single: bool = False
     rounding: float = 0.0
+    quantized: bool = False
     source: Any = None
 
     @cached_property

@@ -19,6 +19,10 @@ Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
+WIDE = 1e-5
+"""A tolerance above this share of the diagonal may move points."""
+
+
 @dataclass(frozen=True)
 class Surface:
     """Distinct positions that a face uses, and faces without repeats, each with its least point first."""
@@ -248,7 +252,8 @@ def broken(
     if not len(after.faces):
         return ["empty"] if area(before) > 0 else []
     found = _wrong_counts(topology(before), topology(after), healed)
-    if strangers(before, after):
+    narrow = tolerance <= WIDE * np.linalg.norm(np.ptp(before.points, axis=0))
+    if narrow and strangers(before, after):
         found.append(f"{strangers(before, after)} points that the input does not have")
     slack = blur(before)
     apart = deviation(before, after, count)

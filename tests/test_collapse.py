@@ -21,8 +21,9 @@ def collapsed(mesh: Shape, tolerance: float, label: list[int] | None = None, pin
     stays = np.zeros(len(faces), np.uint8)
     if pinned is not None:
         stays[np.isin(welded.source, pinned)] = 1
-    found = _core.collapse(welded.points, faces, faces, labels, stays, tolerance)
-    return (np.array(welded.points), np.array(found.triangles)), found
+    none = np.zeros(len(faces), np.uint8)
+    found = _core.collapse(welded.points, faces, labels, stays, none, tolerance, 15, False)
+    return (np.array(found.points), np.array(found.triangles)), found
 
 
 def count(mesh: Shape) -> int:

@@ -12,6 +12,7 @@
 #include "cdt.hpp"
 #include "collapse.hpp"
 #include "conform.hpp"
+#include "crossings.hpp"
 #include "distances.hpp"
 #include "facets.hpp"
 #include "halfedges.hpp"
@@ -439,6 +440,23 @@ void bind_distances(nb::module_& m) {
       "queries"_a, "points"_a, "faces"_a);
 }
 
+void bind_crossings(nb::module_& m) {
+  m.def(
+      "find_crossings",
+      [](Points3 points, Faces3 faces, std::optional<Bytes> wanted) {
+        check_range({faces.data(), faces.size()}, points.shape(0));
+        if (wanted && wanted->shape(0) != faces.shape(0)) throw nb::value_error("one flag per face");
+        std::vector<std::array<Index, 2>> found;
+        {
+          nb::gil_scoped_release release;
+          const std::vector<std::uint8_t> all(wanted ? 0 : faces.shape(0), 1);
+          found = find_crossings(rows<Vec3>(points), rows<Face>(faces), wanted ? flat(*wanted) : std::span(all));
+        }
+        return give<Index>(std::move(found));
+      },
+      "points"_a, "faces"_a, "wanted"_a = nb::none());
+}
+
 // Signs of a predicate over rows of equal length.
 template <class Struct, class Predicate, class Array, class... Arrays>
 auto signs(const Predicate& predicate, const Array& first, const Arrays&... rest) {
@@ -521,5 +539,6 @@ NB_MODULE(_core, m) {
   m.doc() = "bldsimp's kernels";
   bldsimp::bind_mesh(m);
   bldsimp::bind_distances(m);
+  bldsimp::bind_crossings(m);
   bldsimp::bind_triangulation(m);
 }

@@ -20,87 +20,127 @@ struct Box {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
+  void add(const Box& other) { add(other.low), add(other.high); }
   double squared_distance(Vec3 p) const {
     const Vec3 out{std::max({low.x - p.x, 0.0, p.x - high.x}), std::max({low.y - p.y, 0.0, p.y - high.y}),
                    std::max({low.z - p.z, 0.0, p.z - high.z})};
     return dot(out, out);
   }
+  Box common(const Box& o) const {
+    return {{std::max(low.x, o.low.x), std::max(low.y, o.low.y), std::max(low.z, o.low.z)},
+            {std::min(high.x, o.high.x), std::min(high.y, o.high.y), std::min(high.z, o.high.z)}};
+  }
+  bool meets(const Box& o) const {
+    return low.x <= o.high.x && o.low.x <= high.x && low.y <= o.high.y && o.low.y <= high.y && low.z <= o.high.z &&
+           o.low.z <= high.z;
+  }
 };
 
-// The box of some faces, and the longest side of any of them.
-struct FaceBox : Box {
-  double longest = 0;
+// Faces that are near each other: a run of the tree's order, in two halves where there are more than a few.
+struct BoxNode : Box {
+  double longest = 0;  // side of any of the faces
+  Index begin = 0, end = 0, second = 0;  // the second half; the first follows its node; 0 where there is none
 };
 
-// A node is a run of faces, halved at its middle. Built in O(n log n); points and faces are not needed after that.
+// Built in O(n log n); points and faces are not needed after that.
 class BoxTree {
  public:
-  static constexpr std::size_t few = 4;  // as many faces a run has that is not halved again
+  static constexpr Index few = 4;
 
   BoxTree(std::span<const Vec3> points, std::span<const Face> faces, std::vector<Index> members)
       : order_(std::move(members)) {
-    if (!order_.empty()) build(points, faces, 0, order_.size());
+    if (!order_.empty()) build(points, faces, 0, static_cast<Index>(order_.size()));
   }
 
   // The faces, in an order in which near ones mostly are beside each other.
   const std::vector<Index>& order() const { return order_; }
 
+  // The first is the root.
+  const std::vector<BoxNode>& nodes() const { return nodes_; }
+
   // Calls leaf(i), where order()[i] is the face, for all leaves that enter(box) lets in, those near p first: `enter`
   // may grow stricter on the way.
   template <class Enter, class Leaf>
   void visit(Vec3 p, Enter enter, Leaf leaf) const {
-    if (!order_.empty()) visit(p, 0, 0, order_.size(), enter, leaf);
+    if (!order_.empty()) visit(p, 0, enter, leaf);
+  }
+
+  // Calls leaf(i) for the faces of all leaves whose box meets this one, until that is false; whether it never was.
+  template <class Leaf>
+  bool visit(const Box& box, Leaf leaf) const {
+    return order_.empty() || visit(box, 0, leaf);
+  }
+
+  // Makes room for the face at this place of the order to grow. O(log m).
+  void grow(std::size_t place, const Box& box) {
+    for (std::size_t at = 0;;) {
+      BoxNode& node = nodes_[at];
+      node.add(box);
+      if (node.second == 0) return;
+      at = place < static_cast<std::size_t>(nodes_[node.second].begin) ? at + 1 : static_cast<std::size_t>(node.second);
+    }
   }
 
  private:
-  std::size_t build(std::span<const Vec3> points, std::span<const Face> faces, std::size_t begin, std::size_t end) {
+  void build(std::span<const Vec3> points, std::span<const Face> faces, Index begin, Index end) {
     const auto middle = [&](Index face) {
       const auto [a, b, c] = faces[face];
       return points[a] + points[b] + points[c];
     };
-    const std::size_t node = boxes_.size();
-    FaceBox box;
+    const std::size_t node = nodes_.size();
+    BoxNode box;
     Box middles;
-    for (std::size_t i = begin; i < end; ++i) {
+    for (Index i = begin; i < end; ++i) {
       const auto [a, b, c] = faces[order_[i]];
       for (const Index corner : {a, b, c}) box.add(points[corner]);
       for (const auto& [p, q] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)})
         box.longest = std::max(box.longest, length(points[q] - points[p]));
       middles.add(middle(order_[i]));
     }
-    boxes_.push_back(box);
-    second_.push_back(0);
-    if (end - begin <= few) return node;
+    box.begin = begin;
+    box.end = end;
+    nodes_.push_back(box);
+    if (end - begin <= few) return;
     const Vec3 size = middles.high - middles.low;
     double Vec3::*axis = &Vec3::x;
     if (size.y > size.*axis) axis = &Vec3::y;
     if (size.z > size.*axis) axis = &Vec3::z;
-    const std::size_t half = begin + (end - begin) / 2;
-    const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+    const Index half = begin + (end - begin) / 2;
+    const auto at = [&](Index i) { return order_.begin() + i; };
     std::nth_element(at(begin), at(half), at(end),
                      [&](Index f, Index g) { return middle(f).*axis < middle(g).*axis; });
     build(points, faces, begin, half);
-    second_[node] = build(points, faces, half, end);
-    return node;
+    nodes_[node].second = static_cast<Index>(nodes_.size());
+    build(points, faces, half, end);
   }
 
   template <class Enter, class Leaf>
-  void visit(Vec3 p, std::size_t node, std::size_t begin, std::size_t end, Enter& enter, Leaf& leaf) const {
-    if (!enter(boxes_[node])) return;
-    if (end - begin <= few) {
-      for (std::size_t i = begin; i < end; ++i) leaf(static_cast<Index>(i));
+  void visit(Vec3 p, std::size_t at, Enter& enter, Leaf& leaf) const {
+    const BoxNode& node = nodes_[at];
+    if (!enter(node)) return;
+    if (node.second == 0) {
+      for (Index i = node.begin; i < node.end; ++i) leaf(i);
       return;
     }
-    const std::size_t half = begin + (end - begin) / 2, first = node + 1, second = second_[node];
-    const bool in_order = boxes_[first].squared_distance(p) <= boxes_[second].squared_distance(p);
-    if (!in_order) visit(p, second, half, end, enter, leaf);
-    visit(p, first, begin, half, enter, leaf);
-    if (in_order) visit(p, second, half, end, enter, leaf);
+    const std::size_t first = at + 1, second = static_cast<std::size_t>(node.second);
+    const bool in_order = nodes_[first].squared_distance(p) <= nodes_[second].squared_distance(p);
+    if (!in_order) visit(p, second, enter, leaf);
+    visit(p, first, enter, leaf);
+    if (in_order) visit(p, second, enter, leaf);
+  }
+
+  template <class Leaf>
+  bool visit(const Box& box, std::size_t at, Leaf& leaf) const {
+    const BoxNode& node = nodes_[at];
+    if (!node.meets(box)) return true;
+    if (node.second != 0) return visit(box, at + 1, leaf) && visit(box, static_cast<std::size_t>(node.second), leaf);
+    for (Index i = node.begin; i < node.end; ++i)
+      if (!leaf(i)) return false;
+    return true;
   }
 
   std::vector<Index> order_;
-  std::vector<FaceBox> boxes_;
-  std::vector<std::size_t> second_;  // the second child; the first follows its parent
+  std::vector<BoxNode> nodes_;
 };
 
 }  // namespace bldsimp

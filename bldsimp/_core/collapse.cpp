@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
+#include <tuple>
 
 #include "box_tree.hpp"
 #include "collapser.hpp"
+#include "crossings.hpp"
 #include "parallel.hpp"
 
 namespace bldsimp {
@@ -24,7 +27,7 @@ struct Now {
 struct Block {
   std::vector<Index> members;  // faces
   std::vector<Index> points;   // of what is left
-  Collapsed result;
+  std::optional<Collapsed> result;
 };
 
 template <class T>
@@ -43,19 +46,6 @@ Now whole(const CollapseInput& input) {
     now.source.push_back(static_cast<Index>(f));
   }
   return now;
-}
-
-// Measures the result of a quick run, and runs again where it left the tolerance.
-Collapsed proven(const Left& left, bool with_holders, bool changed) {
-  for (const bool careful : {false, true}) {
-    Collapser collapser(left, careful);
-    Collapsed result = collapser.run();
-    if (changed || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
-    if (!careful && result.deviation > left.tolerance) continue;
-    if (with_holders) result.holder = collapser.holders();
-    return result;
-  }
-  return {};
 }
 
 void divide(std::vector<Index> members, std::span<const Face> faces, std::span<const Vec3> middles,
@@ -128,9 +118,93 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
   const std::vector<std::uint8_t> none(faces.size(), 0);
-  block.result = proven({points, faces, label, none, points, faces, label, pinned, stays, input.tolerance, input.decimals,
-                         input.single},
-                        false, false);
+  block.result = Collapser({points, faces, label, none, points, faces, label, pinned, stays, input.tolerance,
+                            input.decimals, input.single})
+                     .run();
+}
+
+// What is left after all blocks; those without a result stay as they were.
+Now joined(const Now& before, std::span<const Block> blocks, std::span<const std::uint8_t> shared,
+           std::vector<Index>& block_of_face) {
+  Now after{before.points, {}, {}};
+  block_of_face.clear();
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const Block& block = blocks[b];
+    if (!block.result) {
+      for (const Index f : block.members) {
+        after.faces.push_back(before.faces[f]);
+        after.source.push_back(before.source[f]);
+      }
+    } else {
+      const Collapsed& own = *block.result;
+      for (std::size_t t = 0; t < own.triangles.size(); ++t) {
+        const auto& [p, q, r] = own.triangles[t];
+        after.faces.push_back({block.points[p], block.points[q], block.points[r]});
+        after.source.push_back(before.source[block.members[own.source[t]]]);
+      }
+      for (std::size_t p = 0; p < block.points.size(); ++p)
+        if (!shared[block.points[p]]) after.points[block.points[p]] = own.points[p];
+    }
+    block_of_face.resize(after.faces.size(), static_cast<Index>(b));
+  }
+  return after;
+}
+
+// What was done in all.
+void add(const Collapsed& own, Collapsed& total) {
+  total.accepted += own.accepted;
+  total.moved += own.moved;
+  for (std::size_t i = 0; i < total.refusals.size(); ++i) total.refusals[i] += own.refusals[i];
+}
+
+// Where faces of two blocks pass through one another.
+struct Meeting {
+  Index first, second;  // blocks
+  Box place;
+};
+
+std::vector<Meeting> meetings(const Now& now, std::span<const Index> block_of_face) {
+  std::vector<Meeting> found;
+  const std::vector<std::uint8_t> all(now.faces.size(), 1);
+  const auto box = [&](Index f) {
+    Box own;
+    for (const Index p : now.faces[f]) own.add(now.points[p]);
+    return own;
+  };
+  for (const auto& [f, g] : find_crossings(now.points, now.faces, all)) {
+    if (block_of_face[f] == block_of_face[g]) continue;
+    const auto& [first, second] = std::minmax(block_of_face[f], block_of_face[g]);
+    found.push_back({first, second, box(f).common(box(g))});
+  }
+  return found;
+}
+
+// Blocks know nothing of one another: those that pass through another one, where they did not before, stay as they
+// were.
+Now parted(const CollapseInput& input, const Now& before, std::vector<Block>& blocks,
+           std::span<const std::uint8_t> shared, Collapsed& total) {
+  std::vector<Index> block_of_face;
+  Now after = joined(before, blocks, shared, block_of_face);
+  const auto now = meetings(after, block_of_face);
+  if (!now.empty()) {
+    std::vector<Index> block_before(before.faces.size());
+    for (std::size_t b = 0; b < blocks.size(); ++b)
+      for (const Index f : blocks[b].members) block_before[f] = static_cast<Index>(b);
+    auto old = meetings(before, block_before);
+    const Vec3 around{2 * input.tolerance, 2 * input.tolerance, 2 * input.tolerance};
+    for (Meeting& one : old) one.place = {one.place.low - around, one.place.high + around};
+    for (const Meeting& one : now) {
+      const bool known = std::any_of(old.begin(), old.end(), [&](const Meeting& o) {
+        return o.first == one.first && o.second == one.second && o.place.meets(one.place);
+      });
+      if (known) continue;
+      for (const Index b : {one.first, one.second}) blocks[b].result.reset();
+    }
+    after = joined(before, blocks, shared, block_of_face);
+  }
+  for (const Block& block : blocks)
+    if (block.result) add(*block.result, total);
+  return after;
 }
 
 void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
@@ -143,22 +217,7 @@ void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
         for (std::size_t b = begin; b < end; ++b) collapse_block(input, now, shared, blocks[b]);
       },
       1);
-  Now after{now.points, {}, {}};
-  for (const Block& block : blocks) {
-    const Collapsed& own = block.result;
-    for (std::size_t t = 0; t < own.triangles.size(); ++t) {
-      Face face = own.triangles[t];
-      for (Index& p : face) p = block.points[p];
-      after.faces.push_back(face);
-      after.source.push_back(now.source[block.members[own.source[t]]]);
-    }
-    for (std::size_t p = 0; p < block.points.size(); ++p)
-      if (!shared[block.points[p]]) after.points[block.points[p]] = own.points[p];
-    total.accepted += own.accepted;
-    total.moved += own.moved;
-    for (std::size_t i = 0; i < total.refusals.size(); ++i) total.refusals[i] += own.refusals[i];
-  }
-  now = std::move(after);
+  now = parted(input, now, blocks, shared, total);
 }
 
 }  // namespace
@@ -173,11 +232,12 @@ Collapsed collapse(const CollapseInput& input) {
   const std::vector<std::uint8_t> none(now.points.size(), 0);
   const Left left{input.points, input.surface, input.label,     input.left_out, now.points,  now.faces, label,
                   pinned,       none,          input.tolerance, input.decimals, input.single};
-  Collapsed result = proven(left, true, fewer || total.accepted + total.moved > 0);
+  Collapser collapser(left);
+  Collapsed result = collapser.run();
   for (Index& f : result.source) f = now.source[f];
-  for (std::size_t i = 0; i < total.refusals.size(); ++i) result.refusals[i] += total.refusals[i];
-  result.accepted += total.accepted;
-  result.moved += total.moved;
+  add(total, result);
+  result.holder = collapser.holders();
+  if (fewer || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
   return result;
 }
 

@@ -19,7 +19,7 @@ struct CollapseInput {
   std::span<const std::uint8_t> pinned;     // faces that stay
   std::span<const std::uint8_t> left_out;   // faces that are not to be in the result; others must hold them
   double tolerance;
-  int decimals;                             // that a moved point is rounded to
+  int decimals;                             // that a moved point is rounded to; below 0 none moves
   bool single;                              // whether a moved point is rounded to single precision after that
 };
 

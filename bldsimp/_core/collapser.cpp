@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <set>
 #include <unordered_map>
 
 #include "edges.hpp"
@@ -28,6 +27,8 @@ constexpr double kWorthMoving = 0.05;
 // Planes count as parallel where one tells less than this share across the other; the second where the first was
 // too bold.
 constexpr double kParallel[] = {1e-3, 0.1};
+// What moves with a point by less than this share of its own way has no say in where it goes.
+constexpr double kLeastShare = 0.1;
 constexpr int kMostRounds = 8;
 
 struct HashFace {
@@ -44,6 +45,10 @@ Face sorted(Face f) {
 }
 
 bool has(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
+
+Index third(const Face& f, Index p, Index q) {
+  return *std::find_if(f.begin(), f.end(), [&](Index r) { return r != p && r != q; });
+}
 
 Face replaced(Face f, Index from, Index to) {
   for (Index& p : f)
@@ -136,9 +141,8 @@ std::vector<Face> Collapser::flat_faces(std::span<const Edge> edges, int kind) {
   return flat;
 }
 
-Collapser::Collapser(const Left& input, bool careful)
+Collapser::Collapser(const Left& input)
     : input_(input),
-      careful_(careful),
       limit_((1 - kPrecision) * input.tolerance),
       single_(without_copies(input.faces)),
       faces_(single_.faces),
@@ -161,6 +165,7 @@ Collapser::Collapser(const Left& input, bool careful)
   find_borders();
   fix_points();
   add_quadrics();
+  crossings_.emplace(result_.points, faces_);
 }
 
 void Collapser::find_borders() {
@@ -186,17 +191,39 @@ void Collapser::find_borders() {
   }
 }
 
-// Points stay where chains of borders meet or end, and where nothing is proven.
-void Collapser::fix_points() {
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const auto& rim = rim_[p];
-    std::set<Labels> here, along;
-    for (const Index f : star_[p]) here.insert(labels_[f]);
-    if (rim.size() == 2 && edges_[rim[0]].labels == edges_[rim[1]].labels)
-      along.insert(edges_[rim[0]].labels.begin(), edges_[rim[0]].labels.end());
-    // Sheets of other labels that only touch here would leave the points of their part.
-    fixed_[p] = (rim.empty() ? here.size() > 1 : here != along) || input_.shared[p];
+// Whether a point lies inside of one sheet or of one chain of borders: the faces around it, each joined to the next
+// where no border parts them, are one ring, or all of them lead from one border edge to the other.
+bool Collapser::smooth(Index p) const {
+  const auto& rim = rim_[p];
+  if (!rim.empty() && (rim.size() != 2 || edges_[rim[0]].labels != edges_[rim[1]].labels)) return false;
+  std::vector<std::array<Index, 2>> spokes;  // {other end, face}
+  for (const Index f : star_[p])
+    for (const Index q : faces_[f])
+      if (q != p) spokes.push_back({q, f});
+  std::sort(spokes.begin(), spokes.end());
+  const auto other_end = [&](Index e) { return edges_[e].ends[edges_[e].ends[0] == p]; };
+  const Index first = rim.empty() ? spokes[0][0] : other_end(rim[0]), last = rim.empty() ? first : other_end(rim[1]);
+  std::size_t seen = 0;
+  for (const auto& [start, leaving] : spokes) {
+    if (start != first || (rim.empty() && seen > 0)) continue;
+    Index q = start, f = leaving;
+    for (;;) {
+      ++seen;
+      q = third(faces_[f], p, q);
+      if (q == last) break;
+      if (edge_between(p, q) >= 0) return false;
+      const auto at = std::lower_bound(spokes.begin(), spokes.end(), std::array<Index, 2>{q, 0});
+      f = (*at)[1] == f ? (*(at + 1))[1] : (*at)[1];
+    }
   }
+  return seen == star_[p].size();
+}
+
+// Points stay where chains of borders meet or end, where sheets touch, where others need them, and where nothing is
+// proven.
+void Collapser::fix_points() {
+  for (std::size_t p = 0; p < points_.size(); ++p)
+    fixed_[p] = input_.shared[p] || (!star_[p].empty() && !smooth(static_cast<Index>(p)));
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const bool stays = input_.pinned[single_.index[f]] || (single_.copy[f] >= 0 && input_.pinned[single_.copy[f]]);
     if (stays)
@@ -264,9 +291,9 @@ void Collapser::push_all() {
     if (!star_[p].empty()) push_from(static_cast<Index>(p));
 }
 
-void Collapser::survey(Index a, Index b, Vec3 target) {
+void Collapser::survey(Index a, Index b, Vec3 stored) {
   auto& now = now_;
-  now.a = a, now.b = b, now.target = target;
+  now.a = a, now.b = b, now.stored = stored, now.target = stored - middle_;
   for (auto* list : {&now.dying, &now.moving, &now.around, &now.apexes}) list->clear();
   now.made.clear();
   now.old = star_[a];
@@ -275,7 +302,7 @@ void Collapser::survey(Index a, Index b, Vec3 target) {
       now.moving.push_back(f);
       Corners at = corners(faces_[f]);
       for (int i = 0; i < 3; ++i)
-        if (faces_[f][i] == a) at[i] = target;
+        if (faces_[f][i] == a) at[i] = now.target;
       now.made.push_back({f, b < 0 ? faces_[f] : replaced(faces_[f], a, b), at});
       continue;
     }
@@ -358,10 +385,8 @@ Collapser::Refused Collapser::shape() const {
   return {};
 }
 
-bool Collapser::backward() {
-  if (careful_)
-    return std::all_of(now_.made.begin(), now_.made.end(),
-                       [&](const Made& made) { return tree_->holds(made.corners, limit_); });
+// A few places tell of most faces that are too far, and soon.
+bool Collapser::backward_at_places() {
   for (const Made& made : now_.made) {
     const auto& [a, b, c] = made.corners;
     if (!tree_->within((1.0 / 3) * (a + b + c), limit_, near_[made.slot])) return false;
@@ -370,6 +395,11 @@ bool Collapser::backward() {
   return std::all_of(now_.ring.begin(), now_.ring.end(), [&](Index p) {
     return p == now_.b || tree_->within(0.5 * (points_[p] + now_.target), limit_, near);
   });
+}
+
+bool Collapser::backward() const {
+  return std::all_of(now_.made.begin(), now_.made.end(),
+                     [&](const Made& made) { return tree_->holds(made.corners, limit_); });
 }
 
 bool Collapser::backward_edge() const {
@@ -414,15 +444,29 @@ Collapser::Refused Collapser::refusal() {
   if (now_.b >= 0 && !links()) return Refusal::link;
   if (const auto bad = shape()) return bad;
   if (!backward_edge()) return Refusal::border;
-  if (!backward()) return Refusal::backward;
+  if (!backward_at_places()) return Refusal::backward;
   if (!forward_edge()) return Refusal::border;
   if (!forward()) return Refusal::forward;
+  if (!backward()) return Refusal::backward;
+  if (crossings_->made(now_.old, now_.around, changes())) return Refusal::crossing;
   return {};
+}
+
+std::vector<Crossings::Change> Collapser::changes() const {
+  std::vector<Crossings::Change> found;
+  for (const Made& made : now_.made) {
+    const Face& old = faces_[made.slot];
+    Crossings::Change change{made.slot, {made.face, {}}};
+    for (int i = 0; i < 3; ++i) change.triangle.at[i] = old[i] == now_.a ? now_.stored : result_.points[old[i]];
+    found.push_back(change);
+  }
+  return found;
 }
 
 // Makes the proof that was found the standing one.
 void Collapser::commit() {
   cover_->commit(now_.old, now_.holders);
+  crossings_->commit(now_.old, changes());
   if (now_.old_edges.empty()) return;
   const int kind = edges_[now_.old_edges[0]].kind;
   std::vector<Index> old(now_.old_edges);
@@ -457,22 +501,21 @@ void Collapser::apply_collapse() {
 }
 
 bool Collapser::pop_all() {
-  bool any = false;
+  const Index before = result_.accepted;
   while (!queue_.empty()) {
     const Candidate next = queue_.top();
     queue_.pop();
     if (stamp_[next.from] != next.stamp) continue;
-    survey(next.from, next.to, points_[next.to]);
+    survey(next.from, next.to, result_.points[next.to]);
     if (const auto why = refusal()) {
       ++result_.refusals[static_cast<std::size_t>(*why)];
       continue;
     }
-    any = true;
     ++result_.accepted;
     commit();
     apply_collapse();
   }
-  return any;
+  return result_.accepted > before;
 }
 
 // A moved point as it will be written.
@@ -486,9 +529,53 @@ Vec3 Collapser::snapped(Vec3 p) const {
   return p;
 }
 
+// Where a point is best for what relies on the faces and borders at it, its neighbours as they are. The planes of
+// the surface's own faces would not do: noise tilts them, so that they tell nothing a few faces away.
+Quadric Collapser::fit(Index a) {
+  Quadric sum;
+  for (const Index f : star_[a]) {
+    Face face = faces_[f];
+    while (face[0] != a) std::rotate(face.begin(), face.begin() + 1, face.end());
+    const auto [p, q, r] = corners(face);
+    const Vec3 twice = cross(q - p, r - p);
+    const double square = dot(twice, twice);
+    if (square == 0) continue;
+    const Vec3 n = (1 / std::sqrt(square)) * twice;
+    cover_->visit(f, [&](const Corners& piece) {
+      const Vec3 middle = (1.0 / 3) * (piece[0] + piece[1] + piece[2]);
+      // What a share of the point's own way moves the face there.
+      const double share = dot(cross(r - q, middle - q), twice) / square;
+      if (share < kLeastShare) return;
+      const double off = dot(n, middle - p) / share;
+      sum.add(n, -dot(n, p) - off, share * share * length(normal(piece)));
+    });
+  }
+  for (const Index e : rim_[a]) {
+    const Edge& edge = edges_[e];
+    const Vec3 p = points_[a], q = points_[edge.ends[edge.ends[0] == a]], along = q - p;
+    const double square = dot(along, along);
+    if (square == 0) continue;
+    for (const Index f : star_[a]) {
+      if (!has(faces_[f], edge.ends[0]) || !has(faces_[f], edge.ends[1])) continue;
+      const Vec3 across = cross(along, normal(corners(faces_[f])));
+      const double size = length(across);
+      if (size == 0) continue;
+      const Vec3 n = (1 / size) * across;
+      edge_cover_[edge.kind]->visit(e - first_edge_[edge.kind], [&](const Corners& piece) {
+        const Vec3 middle = 0.5 * (piece[0] + piece[1]);
+        const double share = dot(q - middle, along) / square;
+        if (share < kLeastShare) return;
+        const double off = dot(n, middle - p) / share;
+        sum.add(n, -dot(n, p) - off, share * share * length(piece[1] - piece[0]) * std::sqrt(square));
+      });
+    }
+  }
+  return sum;
+}
+
 bool Collapser::move(Index a) {
   const Vec3 from = points_[a];
-  const Quadric& planes = quadric_[a];
+  const Quadric planes = fit(a);
   const double least = kWorthMoving * limit_;
   for (const double parallel : kParallel) {
     Vec3 to = planes.lowest(from, parallel);
@@ -498,30 +585,31 @@ bool Collapser::move(Index a) {
     const Vec3 stored = snapped(to);
     to = stored - middle_;
     if (!(planes.at(from) - planes.at(to) > least * least * planes.weight())) continue;
-    survey(a, -1, to);
+    survey(a, -1, stored);
     if (refusal()) continue;
-    commit();
     points_[a] = to;
     result_.points[a] = stored;
+    commit();
     ++result_.moved;
     return true;
   }
   return false;
 }
 
-bool Collapser::move_all() {
-  bool any = false;
-  for (std::size_t p = 0; p < points_.size(); ++p)
-    if (!star_[p].empty() && !fixed_[p]) any |= move(static_cast<Index>(p));
-  return any;
+void Collapser::move_all() {
+  if (input_.decimals < 0) return;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const auto a = static_cast<Index>(p);
+    if (star_[p].empty() || fixed_[p] || !move(a)) continue;
+    push_from(a);
+    for (const Index q : now_.ring) push_from(q);
+  }
 }
 
 Collapsed Collapser::run() {
-  for (int round = 0; round < kMostRounds; ++round) {
-    push_all();
-    const bool collapsed = pop_all();
-    if (!move_all() && !collapsed) break;
-  }
+  push_all();
+  // Points that moved let others go.
+  for (int round = 0; round < kMostRounds && pop_all(); ++round) move_all();
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     if (!alive_[f]) continue;
     result_.triangles.push_back(faces_[f]);

@@ -10,6 +10,7 @@
 
 #include "collapse.hpp"
 #include "cover.hpp"
+#include "crossings.hpp"
 #include "distances.hpp"
 #include "quadric.hpp"
 
@@ -33,9 +34,7 @@ struct Left {
 
 class Collapser {
  public:
-  // With `careful`, every face is measured wholly before it is made; else at some places, so that the deviation
-  // may exceed the tolerance in the end.
-  Collapser(const Left& input, bool careful);
+  explicit Collapser(const Left& input);
 
   // Without holders and deviation.
   Collapsed run();
@@ -85,31 +84,34 @@ class Collapser {
 
   Corners corners(const Face& f) const { return {points_[f[0]], points_[f[1]], points_[f[2]]}; }
   void find_borders();
+  bool smooth(Index p) const;
   void fix_points();
   void add_quadrics();
   void push_from(Index a);
   void push_all();
   bool pop_all();
-  bool move_all();
+  void move_all();
+  Quadric fit(Index a);
   bool move(Index a);
   Vec3 snapped(Vec3 p) const;
   Index edge_between(Index a, Index b) const;
   std::vector<Index> neighbours(Index a) const;
 
-  void survey(Index a, Index b, Vec3 target);
+  void survey(Index a, Index b, Vec3 stored);
   void survey_edges();
   Refused refusal();
   bool links() const;
   Refused shape() const;
-  bool backward();
+  bool backward_at_places();
+  bool backward() const;
   bool backward_edge() const;
   bool forward();
   bool forward_edge();
+  std::vector<Crossings::Change> changes() const;
   void commit();
   void apply_collapse();
 
   Left input_;
-  bool careful_;
   double limit_;
   Vec3 middle_{0, 0, 0};
   std::vector<Vec3> origin_, points_;  // about the middle: of the surface, of what is left
@@ -131,11 +133,12 @@ class Collapser {
   std::optional<Cover> cover_;
   std::array<std::optional<Cover>, 2> edge_cover_;
   Collapsed result_;
+  std::optional<Crossings> crossings_;  // of the points as they will be written: about the middle they are rounded
 
   // The change that is looked at: a goes to b, or (b is -1) to where the target is.
   struct {
     Index a, b, edge;  // border edge a-b; -1 for none
-    Vec3 target;
+    Vec3 target, stored;  // about the middle, and as it will be written
     std::vector<Index> dying, moving, around;  // faces; `around` are those that stay as they are, at the ring
     std::vector<Made> made;
     std::vector<MadeEdge> made_edges;

@@ -88,7 +88,7 @@ void Cover::group(Index piece, std::span<const Vec3> points, std::span<const Fac
   }
   const bool useful = high[1] - low[1] <= kThickest * limit_;
   const std::size_t half = begin + (end - begin) / 2;
-  const bool few = end - begin <= BoxTree::few;
+  const bool few = end - begin <= static_cast<std::size_t>(BoxTree::few);
   const Index child = static_cast<Index>(few ? begin : pieces_.size());
   const Index children = static_cast<Index>(few ? end - begin : 2);
   if (!few) pieces_.resize(pieces_.size() + 2);
@@ -184,21 +184,26 @@ void Cover::split(Index piece) {
   pieces_[piece].slot = -1;
 }
 
+const std::vector<Index>& Cover::relying(Index slot) {
+  auto& own = relying_[slot];
+  std::sort(own.begin(), own.end());
+  own.erase(std::unique(own.begin(), own.end()), own.end());
+  std::erase_if(own, [&](Index piece) { return pieces_[piece].slot != slot; });
+  return own;
+}
+
 void Cover::gather(std::span<const Index> old) {
   gathered_.clear();
   for (const Index slot : old) {
-    auto& relying = relying_[slot];
-    std::sort(relying.begin(), relying.end());
-    relying.erase(std::unique(relying.begin(), relying.end()), relying.end());
-    std::erase_if(relying, [&](Index piece) { return pieces_[piece].slot != slot; });
-    gathered_.insert(gathered_.end(), relying.begin(), relying.end());
+    const auto& own = relying(slot);
+    gathered_.insert(gathered_.end(), own.begin(), own.end());
   }
 }
 
-Cover::Mask Cover::mask(Vec3 p, std::span<const Holder> holders, Mask among) const {
+Cover::Mask Cover::mask(Vec3 p, std::span<const Holder> holders) const {
   Mask found = 0;
   for (std::size_t i = 0; i < holders.size(); ++i)
-    if (among >> i & 1 && holders[i].triangle.squared_distance(p) <= limit_ * limit_) found |= Mask{1} << i;
+    if (holders[i].triangle.within(p, limit_)) found |= Mask{1} << i;
   return found;
 }
 
@@ -207,18 +212,30 @@ bool Cover::finds(std::span<const Index> old, std::span<const Holder> holders) {
   holders = holders.first(std::min(holders.size(), most_holders));
   gather(old);
   plan_.clear();
+  last_ = 0;
   return std::all_of(gathered_.begin(), gathered_.end(), [&](Index piece) { return prove(piece, holders); });
+}
+
+// One holder for all corners, the last one first: neighbours mostly have the same.
+bool Cover::held_by_one(std::span<const Vec3> corners, std::span<const Holder> holders) {
+  const auto holds = [&](std::size_t i) {
+    return std::all_of(corners.begin(), corners.end(), [&](const Vec3& corner) {
+      return holders[i].triangle.within(corner, limit_);
+    });
+  };
+  for (std::size_t i = 0; i < holders.size(); ++i) {
+    const std::size_t guess = i == 0 ? last_ : i <= last_ ? i - 1 : i;
+    if (!holds(guess)) continue;
+    last_ = guess;
+    plan_.push_back(holders[guess].slot);
+    return true;
+  }
+  return false;
 }
 
 bool Cover::prove(Index piece, std::span<const Holder> holders) {
   if (is_group(piece)) {
-    Mask common = ~Mask{0};
-    for (const Vec3& corner : box(piece))
-      if (common) common = mask(corner, holders, common);
-    if (common) {
-      plan_.push_back(holders[std::countr_zero(common)].slot);
-      return true;
-    }
+    if (held_by_one(box(piece), holders)) return true;
     plan_.push_back(kSplit);
     const Piece& own = pieces_[piece];
     for (Index i = 0; i < own.children; ++i)
@@ -226,6 +243,7 @@ bool Cover::prove(Index piece, std::span<const Holder> holders) {
     return true;
   }
   const Triangle own = corners(piece);
+  if (held_by_one(own, holders)) return true;
   std::array<Mask, 3> masks;
   for (int i = 0; i < 3; ++i)
     if (masks[i] = mask(own[i], holders); !masks[i]) return false;
@@ -282,7 +300,7 @@ void Cover::join(Index piece) {
     if (is_group(parent)) {
       const auto around = box(parent);
       if (std::any_of(around.begin(), around.end(), [&](const Vec3& corner) {
-            return triangle_[slot].squared_distance(corner) > limit_ * limit_;
+            return !triangle_[slot].within(corner, limit_);
           }))
         return;
       for (Index i = 0; i < whole.children; ++i) pieces_[whole.child + i].slot = -1;

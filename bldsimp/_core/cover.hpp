@@ -39,6 +39,12 @@ class Cover {
   // The slot that holds some of a face of the surface.
   Index slot_of(Index face) const;
 
+  // Calls visit(corners) for all pieces of faces of the surface that rely on a slot.
+  template <class Visit>
+  void visit(Index slot, Visit visit) {
+    for (const Index piece : relying(slot)) visit_faces(piece, visit);
+  }
+
   // Makes what `finds` found last the truth.
   void commit(std::span<const Index> old, std::span<const Holder> holders);
 
@@ -59,11 +65,18 @@ class Cover {
   bool is_group(Index piece) const { return first_group_ <= piece && piece < end_of_groups_; }
   Triangle corners(Index piece) const { return {pieces_[piece].shape[0], pieces_[piece].shape[1], pieces_[piece].shape[2]}; }
   std::array<Vec3, 8> box(Index piece) const;
+  template <class Visit>
+  void visit_faces(Index piece, Visit& visit) const {
+    if (pieces_[piece].children == 0) visit(corners(piece));
+    for (Index i = 0; i < pieces_[piece].children; ++i) visit_faces(pieces_[piece].child + i, visit);
+  }
   void split(Index piece);
+  const std::vector<Index>& relying(Index slot);
   void gather(std::span<const Index> old);
+  bool held_by_one(std::span<const Vec3> corners, std::span<const Holder> holders);
   bool prove(Index piece, std::span<const Holder> holders);
   bool settle(const Triangle& corners, const std::array<Mask, 3>& masks, std::span<const Holder> holders);
-  Mask mask(Vec3 p, std::span<const Holder> holders, Mask among = ~Mask{0}) const;
+  Mask mask(Vec3 p, std::span<const Holder> holders) const;
   void assign(Index piece, std::size_t& step);
   void rely(Index piece, Index slot);
   void join(Index piece);
@@ -81,6 +94,7 @@ class Cover {
   std::vector<Index> gathered_;
   std::vector<Index> plan_;  // slots, or kSplit before those of the children
   std::vector<Index> moved_;
+  std::size_t last_ = 0;  // holder that held a piece last
 };
 
 }  // namespace bldsimp

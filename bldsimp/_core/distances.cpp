@@ -60,12 +60,12 @@ double FaceTree::distance(Vec3 query, Index& nearest) const {
 
 bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
   const double square = limit * limit;
-  if (triangles_[place_[nearest]].squared_distance(query) <= square) return true;
+  if (triangles_[place_[nearest]].within(query, limit)) return true;
   bool found = false;
   tree_.visit(
       query, [&](const Box& box) { return !found && box.squared_distance(query) <= square; },
       [&](Index i) {
-        if (found || triangles_[i].squared_distance(query) > square) return;
+        if (found || !triangles_[i].within(query, limit)) return;
         found = true;
         nearest = tree_.order()[i];
       });
@@ -94,49 +94,99 @@ double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, doubl
   return bound;
 }
 
-FaceTree::Held FaceTree::held(const std::array<Vec3, 3>& piece, double longest, double limit, Index& place) const {
-  const double square = limit * limit;
-  const auto [a, b, c] = piece;
-  const auto holds = [&](Index i) {
-    const FramedTriangle& own = triangles_[i];
-    return own.squared_distance(a) <= square && own.squared_distance(b) <= square && own.squared_distance(c) <= square;
-  };
-  if (holds(place)) return Held::whole;
-  const Vec3 middle = (1.0 / 3) * (a + b + c);
-  Held found = Held::nowhere;
-  // A face that holds the whole piece is not much shorter than it.
-  const double shortest = longest - 2 * limit;
-  tree_.visit(
-      middle,
-      [&](const FaceBox& box) {
-        return found != Held::whole && (found == Held::nowhere || box.longest >= shortest) &&
-               box.squared_distance(middle) <= square;
-      },
-      [&](Index i) {
-        if (found == Held::whole || triangles_[i].squared_distance(middle) > square) return;
-        found = Held::middle;
-        if (!holds(i)) return;
-        found = Held::whole;
-        place = i;
-      });
-  return found;
-}
+// Halves a triangle until each piece is within the limit of one face, and goes down the tree with it: only what is
+// near a piece is looked at for its halves.
+class FaceTree::Holding {
+ public:
+  Holding(const FaceTree& tree, double limit) : tree_(tree), nodes_(tree.tree_.nodes()), limit_(limit) {}
+
+  bool holds(const std::array<Vec3, 3>& triangle) {
+    near_.push_back(0);
+    return piece_holds(triangle, 0);
+  }
+
+  // Where in the tree's order a face is that holds a whole triangle, or -1.
+  Index holder(const std::array<Vec3, 3>& triangle) {
+    return one_holds(triangle, 0, around(triangle), longest_side(triangle) - 2 * limit_) ? guess_ : -1;
+  }
+
+ private:
+  using Triangle = std::array<Vec3, 3>;
+
+  Box around(const Triangle& piece) const {
+    Box box;
+    for (const Vec3& p : piece) box.add(p);
+    const Vec3 limits{limit_, limit_, limit_};
+    return {box.low - limits, box.high + limits};
+  }
+
+  // What is near the piece is among the nodes from `begin` on.
+  bool piece_holds(const Triangle& piece, std::size_t begin) {
+    if (holds(piece, guess_)) return true;
+    const double longest = longest_side(piece);
+    const Box box = around(piece);
+    const std::size_t end = near_.size();
+    for (std::size_t i = begin; i < end; ++i) open(near_[i], box, longest);
+    // A face that holds the whole piece is not much shorter than it.
+    for (std::size_t i = end; i < near_.size(); ++i)
+      if (one_holds(piece, near_[i], box, longest - 2 * limit_)) return done(end, true);
+    if (near_.size() == end || longest < limit_ * finest) return done(end, false);
+    const auto halves = halved(piece);
+    return done(end, piece_holds(halves[0], end) && piece_holds(halves[1], end));
+  }
+
+  // Nodes no longer than the piece, and those without halves.
+  void open(Index at, const Box& box, double longest) {
+    const BoxNode& node = nodes_[at];
+    if (!node.meets(box)) return;
+    const Vec3 size = node.high - node.low;
+    if (node.second == 0 || std::max({size.x, size.y, size.z}) <= longest) {
+      near_.push_back(at);
+      return;
+    }
+    open(at + 1, box, longest);
+    open(node.second, box, longest);
+  }
+
+  bool one_holds(const Triangle& piece, Index at, const Box& box, double shortest) {
+    const BoxNode& node = nodes_[at];
+    if (node.longest < shortest || !node.meets(box)) return false;
+    if (node.second != 0)
+      return one_holds(piece, at + 1, box, shortest) || one_holds(piece, node.second, box, shortest);
+    for (Index i = node.begin; i < node.end; ++i) {
+      if (!holds(piece, i)) continue;
+      guess_ = i;
+      return true;
+    }
+    return false;
+  }
+
+  bool holds(const Triangle& piece, Index i) const {
+    const FramedTriangle& own = tree_.triangles_[i];
+    return std::all_of(piece.begin(), piece.end(),
+                       [&](const Vec3& p) { return own.within(p, limit_); });
+  }
+
+  bool done(std::size_t end, bool found) {
+    near_.resize(end);
+    return found;
+  }
+
+  const FaceTree& tree_;
+  const std::vector<BoxNode>& nodes_;
+  double limit_;
+  Index guess_ = 0;
+  std::vector<Index> near_;  // a stack
+};
 
 bool FaceTree::holds(const std::array<Vec3, 3>& triangle, double limit) const {
-  if (triangles_.empty()) return false;
-  const double shortest = limit * finest;
-  Index place = 0;
-  std::vector<std::array<Vec3, 3>> left{triangle};
-  while (!left.empty()) {
-    const auto now = left.back();
-    left.pop_back();
-    const double longest = longest_side(now);
-    const Held found = held(now, longest, limit, place);
-    if (found == Held::whole) continue;
-    if (found == Held::nowhere || longest < shortest) return false;
-    for (const auto& half : halved(now)) left.push_back(half);
-  }
-  return true;
+  return !triangles_.empty() && Holding(*this, limit).holds(triangle);
+}
+
+Index FaceTree::holder(const std::array<Vec3, 3>& triangle, double limit) const {
+  if (triangles_.empty()) return -1;
+  const Index place = Holding(*this, limit).holder(triangle);
+  return place < 0 ? -1 : tree_.order()[place];
 }
 
 std::vector<double> FaceTree::distances(std::span<const Vec3> queries) const {

@@ -15,6 +15,7 @@ namespace bldsimp {
 struct FramedTriangle {
   FramedTriangle(Vec3 a, Vec3 b, Vec3 c);
   double squared_distance(Vec3 p) const;
+  bool within(Vec3 p, double limit) const;  // most that are not are told without a division
 
   Vec3 origin, x{0, 0, 0}, y{0, 0, 0};
   double length, foot = 0, height = 0;
@@ -62,6 +63,15 @@ inline double FramedTriangle::squared_distance(Vec3 p) const {
   if (left) within = squared_segment_distance(u, v, foot, height);
   if (right) within = std::min(within, squared_segment_distance(u - length, v, foot - length, height));
   return across + within;
+}
+
+inline bool FramedTriangle::within(Vec3 p, double limit) const {
+  const Vec3 way = p - origin;
+  const double u = dot(way, x);
+  if (u < -limit || u > length + limit) return false;
+  const double v = dot(way, y);
+  if (v < -limit || v > height + limit) return false;
+  return squared_distance(p) <= limit * limit;
 }
 
 // The longest side runs from this corner to the next.

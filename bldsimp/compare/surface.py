@@ -36,8 +36,8 @@ def surface_of(scene: Scene, lights: list[Light] | None = None) -> Surface:
     lights : list of Light, optional
         One per mesh; without them the scene's own faces.
     """
-    corners = [mesh.faces for mesh in scene.meshes] if lights is None else [light.faces for light in lights]
-    return placed_surface(scene, [mesh.points for mesh in scene.meshes], corners)
+    own = scene.meshes if lights is None else lights
+    return placed_surface(scene, [one.points for one in own], [one.faces for one in own])
 
 
 def placed_surface(scene: Scene, points: list[Points], faces: list[Faces]) -> Surface:

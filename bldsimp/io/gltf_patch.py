@@ -32,6 +32,9 @@ from .gltf_references import (
 from .gltf_trim import trimmed
 
 
+_Moved = tuple[NDArray[np.int64], NDArray[np.float64]]
+
+
 def patched(
     scene: Scene, lights: list[Light], options: Options, warnings: list[str]
 ) -> tuple[dict[str, Any], bytes, int]:
@@ -92,7 +95,7 @@ def _replace_mesh(
         if not sum(map(len, faces)):
             empty += numbers
             continue
-        columns = _columns(document, source, rows, normals, made)
+        columns = _columns(document, source, rows, _moved(mesh, light), normals, made)
         used, compact = np.unique(np.concatenate(faces), return_inverse=True)
         first, inverse = distinct_rows(
             np.concatenate([values[used].astype(np.float64) for values, _, _ in columns.values()], axis=1)
@@ -117,13 +120,19 @@ def _replace_mesh(
     return vertices
 
 
+def _moved(mesh: Mesh, light: Light) -> _Moved:
+    """Rows of the points that a wide tolerance moved, and where they are now."""
+    rows = np.flatnonzero((light.points != mesh.points).any(axis=1))
+    return rows, light.points[rows]
+
+
 def _columns(
-    document: Document, source: GltfMesh, rows: Rows, normals: NDArray[np.float64] | None, made: bool
+    document: Document, source: GltfMesh, rows: Rows, moved: _Moved, normals: NDArray[np.float64] | None, made: bool
 ) -> dict[str, tuple[NDArray[Any], bool, bool]]:
     """Per attribute the stored values of all rows of the mesh, whether normalized, whether bounded."""
-    columns = {
-        "POSITION": (*_stored(document, source, [group.position for group in source.rows], rows), True)
-    }
+    positions, normalized = _stored(document, source, [group.position for group in source.rows], rows)
+    positions[moved[0]] = moved[1]
+    columns = {"POSITION": (positions, normalized, True)}
     if made and normals is not None:
         columns["NORMAL"] = (normals.astype(np.float32), False, False)
     elif normals is not None and rows.normal is not None:

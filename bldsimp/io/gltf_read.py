@@ -125,6 +125,7 @@ def _joined(
         parts=parts,
         source=GltfMesh(index, rows, {}),
     )
+    mesh.quantized = bool(step)
     mesh.single, mesh.rounding = (False, step / 2.0) if step else number_format(mesh.used_points)
     if any(group.normal is not None for group in rows):
         mesh.normals = np.concatenate([_normals(document, group) for group in rows])

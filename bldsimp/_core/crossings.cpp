@@ -1,0 +1,309 @@
+#include "crossings.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "parallel.hpp"
+
+namespace bldsimp {
+namespace {
+
+constexpr std::size_t kBlock = 512;
+
+bool contains(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
+
+double largest(Vec3 a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
+
+Box box_of(const Triangle& t) {
+  Box box;
+  for (const Vec3& p : t.at) box.add(p);
+  return box;
+}
+
+// Bounds the rounding error of (x - p) * (d x e), where x - p, d and e may each be off by a rounding and no
+// coordinate of d and e is greater than these; infinite where it could overflow. As in `predicates.hpp`.
+double error(Vec3 way, double d, double e) {
+  constexpr double share = 2 * 8 * filter::unit;
+  const double permanent = d * e * (std::abs(way.x) + std::abs(way.y) + std::abs(way.z));
+  return permanent < filter::large ? share * permanent + filter::floor4 : std::numeric_limits<double>::infinity();
+}
+
+// Sign of a value that may be off by `bound`; 0 if it cannot be told.
+int told(double value, double bound) { return value > bound ? 1 : value < -bound ? -1 : 0; }
+
+// A triangle and its normal, rounded.
+struct Oriented : Triangle {
+  explicit Oriented(const Triangle& t) : Triangle(t), first(at[1] - at[0]), second(at[2] - at[0]) {
+    normal = cross(first, second);
+  }
+  Vec3 first, second, normal;
+};
+
+// Sides on which the corners of a triangle lie of a plane. What `told` does not cover is not known yet.
+struct Sides {
+  std::array<int, 3> sign{};
+  std::array<bool, 3> known{};
+
+  bool all_known() const { return known[0] && known[1] && known[2]; }
+  bool any(int s) const { return sign[0] == s || sign[1] == s || sign[2] == s; }
+  bool both() const { return any(1) && any(-1); }
+  bool none() const { return !any(1) && !any(-1); }
+};
+
+Sides plain_sides(const Oriented& plane, const Triangle& t) {
+  Sides sides;
+  for (int i = 0; i < 3; ++i) {
+    if (contains(plane.face, t.face[i])) {
+      sides.known[i] = true;
+      continue;
+    }
+    const Vec3 way = t.at[i] - plane.at[0];
+    sides.sign[i] = told(dot(way, plane.normal), error(way, largest(plane.first), largest(plane.second)));
+    sides.known[i] = sides.sign[i] != 0;
+  }
+  return sides;
+}
+
+void find_sides(const Triangle& plane, const Triangle& t, Sides& sides) {
+  for (int i = 0; i < 3; ++i)
+    if (!sides.known[i]) sides.sign[i] = -exact::orient3d(plane.at[0], plane.at[1], plane.at[2], t.at[i]);
+  sides.known.fill(true);
+}
+
+// Whether a plane through a side of f has f on one side and g on the other. It is put up along the rounded normal of
+// f, so that this tells neighbours in one plane apart without exact arithmetic.
+bool plainly_apart(const Oriented& f, const Triangle& g) {
+  const double high = largest(f.normal);
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    const Vec3 p = f.at[i], along = f.at[j] - p, in = cross(f.normal, along);
+    const double size = largest(along);
+    const auto side = [&](Vec3 x) { return told(dot(x - p, in), error(x - p, size, high)); };
+    if (side(f.at[k]) <= 0) continue;
+    bool out = true;
+    for (int l = 0; l < 3 && out; ++l)
+      out = g.face[l] == f.face[i] || g.face[l] == f.face[j] || side(g.at[l]) < 0;
+    if (out) return true;
+  }
+  return false;
+}
+
+Point2 without(Vec3 p, int axis) {
+  if (axis == 0) return {p.y, p.z};
+  return axis == 1 ? Point2{p.z, p.x} : Point2{p.x, p.y};
+}
+
+// Whether some side of f has all of g outside of it; f turns as `turn` tells.
+bool apart(const std::array<Point2, 3>& f, const std::array<Point2, 3>& g, int turn) {
+  for (int i = 0; i < 3; ++i)
+    if (std::all_of(g.begin(), g.end(), [&](Point2 p) { return turn * orient2d(f[i], f[(i + 1) % 3], p) <= 0; }))
+      return true;
+  return false;
+}
+
+bool overlap_in_plane(const Triangle& f, const Triangle& g) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto flat = [&](const Triangle& t) {
+      return std::array{without(t.at[0], axis), without(t.at[1], axis), without(t.at[2], axis)};
+    };
+    const auto p = flat(f), q = flat(g);
+    const int turn = orient2d(p[0], p[1], p[2]), other = orient2d(q[0], q[1], q[2]);
+    if (turn != 0 && other != 0) return !apart(p, q, turn) && !apart(q, p, other);
+  }
+  return false;
+}
+
+// The piece that a triangle cuts out of the line in which its plane meets another: from the corner that is alone on
+// its side of that plane, two sides lead to the ends.
+struct Piece {
+  Piece(const Triangle& t, const Sides& sides) {
+    const auto& sign = sides.sign;
+    side = std::count(sign.begin(), sign.end(), 1) == 1 ? 1 : -1;
+    const int i = sign[0] == side ? 0 : sign[1] == side ? 1 : 2, j = (i + 1) % 3, k = (i + 2) % 3;
+    tip = t.at[i];
+    left = {t.face[j], t.at[j]};
+    right = {t.face[k], t.at[k]};
+    if (side < 0) std::swap(left, right);
+  }
+
+  struct End {
+    Index index;
+    Vec3 at;
+  };
+  int side;
+  Vec3 tip;
+  End left, right;  // as seen along the normal of the other plane
+};
+
+// For two triangles that both reach through the other's plane.
+bool pieces_overlap(const Piece& f, const Piece& g) {
+  // < 0 where the end of f comes before that of g on the line.
+  const auto order = [&](const Piece::End& a, const Piece::End& b) {
+    return a.index == b.index ? 0 : f.side * g.side * orient3d(f.tip, a.at, g.tip, b.at);
+  };
+  return order(f.right, g.right) < 0 && order(f.left, g.left) > 0;
+}
+
+bool cross_each_other(const Oriented& f, const Triangle& other) {
+  if (std::all_of(f.face.begin(), f.face.end(), [&](Index p) { return contains(other.face, p); })) return false;
+  Sides of_g = plain_sides(f, other);
+  if (of_g.all_known() && !of_g.both() && !of_g.none()) return false;
+  const Oriented g(other);
+  Sides of_f = plain_sides(g, f);
+  if (of_f.all_known() && !of_f.both() && !of_f.none()) return false;
+  if (!of_f.all_known() || !of_g.all_known()) {
+    if (plainly_apart(f, g) || plainly_apart(g, f)) return false;
+    find_sides(f, g, of_g);
+    find_sides(g, f, of_f);
+  }
+  if (of_f.both() && of_g.both()) return pieces_overlap({f, of_f}, {g, of_g});
+  return of_f.none() && of_g.none() && overlap_in_plane(f, g);
+}
+
+Triangle triangle(std::span<const Vec3> points, const Face& f) { return {f, {points[f[0]], points[f[1]], points[f[2]]}}; }
+
+}  // namespace
+
+bool crosses(const Triangle& f, const Triangle& g) { return cross_each_other(Oriented(f), g); }
+
+std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces,
+                                                 std::span<const std::uint8_t> wanted) {
+  if (std::find(wanted.begin(), wanted.end(), 1) == wanted.end()) return {};
+  std::vector<Index> all(faces.size());
+  std::iota(all.begin(), all.end(), 0);
+  const BoxTree tree(points, faces, std::move(all));
+  const auto& order = tree.order();
+  std::vector<Box> boxes;
+  for (const Index f : order) boxes.push_back(box_of(triangle(points, faces[f])));
+  std::vector<std::vector<std::array<Index, 2>>> found((faces.size() + kBlock - 1) / kBlock);
+  parallel_for(
+      found.size(),
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, faces.size()); ++i) {
+          if (!wanted[order[i]]) continue;
+          const Oriented own(triangle(points, faces[order[i]]));
+          tree.visit(boxes[i], [&](std::size_t k) {
+            const bool first = k > i || !wanted[order[k]];
+            if (first && boxes[k].meets(boxes[i]) && cross_each_other(own, triangle(points, faces[order[k]])))
+              found[i / kBlock].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
+            return true;
+          });
+        }
+      },
+      1);
+  std::vector<std::array<Index, 2>> pairs;
+  for (const auto& block : found) pairs.insert(pairs.end(), block.begin(), block.end());
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+Crossings::Crossings(std::span<const Vec3> points, std::span<const Face> faces)
+    : points_(points), slots_(faces.begin(), faces.end()), place_(faces.size()), live_(faces.size()) {
+  std::vector<Index> all(faces.size());
+  std::iota(all.begin(), all.end(), 0);
+  plant(std::move(all));
+}
+
+Triangle Crossings::at(Index slot) const { return triangle(points_, slots_[slot]); }
+
+void Crossings::plant(std::vector<Index> slots) {
+  tree_.emplace(points_, slots_, std::move(slots));
+  boxes_.clear();
+  for (const Index slot : tree_->order()) {
+    place_[slot] = boxes_.size();
+    boxes_.push_back(box_of(at(slot)));
+  }
+}
+
+// Calls leaf(triangle, box) for what stays and has a box that meets this one, until that is false.
+template <class Leaf>
+bool Crossings::visit(const Box& box, std::span<const Index> old, Leaf leaf) const {
+  return tree_->visit(box, [&](std::size_t place) {
+    if (!boxes_[place].meets(box)) return true;
+    const Index slot = tree_->order()[place];
+    return std::find(old.begin(), old.end(), slot) != old.end() || leaf(at(slot), boxes_[place]);
+  });
+}
+
+// What crosses at some slots, looked up once it matters.
+class Crossings::Before {
+ public:
+  Before(const Crossings& mesh, std::span<const Index> old, std::span<const Index> around) : mesh_(mesh) {
+    for (const auto& slots : {old, around})
+      for (const Index slot : slots) {
+        own_.emplace_back(mesh.at(slot));
+        all_.add(box_of(own_.back()));
+      }
+  }
+
+  bool each_other() const {
+    for (std::size_t i = 0; i < own_.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (cross_each_other(own_[i], own_[j])) return true;
+    return false;
+  }
+
+  // Whether anything at a triangle's corners crosses the slots.
+  bool at(const Triangle& t) {
+    if (!found_) find();
+    return std::any_of(t.face.begin(), t.face.end(),
+                       [&](Index p) { return std::binary_search(corners_.begin(), corners_.end(), p); });
+  }
+
+ private:
+  void find() {
+    found_ = true;
+    mesh_.visit(all_, {}, [&](const Triangle& t, const Box& box) {
+      const bool does = std::any_of(own_.begin(), own_.end(), [&](const Oriented& f) {
+        return box_of(f).meets(box) && cross_each_other(f, t);
+      });
+      if (does) corners_.insert(corners_.end(), t.face.begin(), t.face.end());
+      return true;
+    });
+    std::sort(corners_.begin(), corners_.end());
+  }
+
+  const Crossings& mesh_;
+  std::vector<Oriented> own_;
+  Box all_;
+  bool found_ = false;
+  std::vector<Index> corners_;
+};
+
+bool Crossings::made(std::span<const Index> old, std::span<const Index> around, std::span<const Change> fresh) const {
+  std::vector<Oriented> come;
+  std::vector<Box> boxes;
+  Box all;
+  for (const auto& [slot, triangle] : fresh) {
+    come.emplace_back(triangle);
+    boxes.push_back(box_of(triangle));
+    all.add(boxes.back());
+  }
+  std::optional<Before> before;
+  const auto look_back = [&]() -> Before& { return before ? *before : before.emplace(*this, old, around); };
+  for (std::size_t i = 0; i < come.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (cross_each_other(come[i], come[j]) && !look_back().each_other()) return true;
+  return !visit(all, old, [&](const Triangle& t, const Box& box) {
+    for (std::size_t i = 0; i < come.size(); ++i)
+      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return look_back().at(t);
+    return true;
+  });
+}
+
+void Crossings::commit(std::span<const Index> old, std::span<const Change> fresh) {
+  for (const Index slot : old) boxes_[place_[slot]] = {};
+  for (const auto& [slot, triangle] : fresh) {
+    slots_[slot] = triangle.face;
+    boxes_[place_[slot]] = box_of(triangle);
+    tree_->grow(place_[slot], boxes_[place_[slot]]);
+  }
+  live_ -= old.size() - fresh.size();
+  if (2 * live_ >= boxes_.size()) return;
+  std::vector<Index> left;
+  for (std::size_t i = 0; i < boxes_.size(); ++i)
+    if (boxes_[i].meets(boxes_[i])) left.push_back(tree_->order()[i]);
+  plant(std::move(left));
+}
+
+}  // namespace bldsimp

@@ -1,0 +1,67 @@
+// Triangles that pass through one another.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "box_tree.hpp"
+#include "vec3.hpp"
+
+namespace bldsimp {
+
+// A triangle in space. Corners of two triangles that have one index must have one place.
+struct Triangle {
+  Face face;
+  std::array<Vec3, 3> at;
+};
+
+// Whether some point is inside of both triangles, where sides and corners are not inside. So a wall may stand on
+// a slab, and a corner lie on a wall; but faces of one plane may not overlap, nor faces at one edge lie folded on one
+// another. A triangle without area has no inside, and two with the same three corners are one. Exact.
+bool crosses(const Triangle& f, const Triangle& g);
+
+// All pairs of faces that cross of which one is wanted, the lower index first, in rising order. O((n + k) log n) where
+// boxes of faces tell most of them apart, on all cores; the same with any number of them.
+std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces,
+                                                 std::span<const std::uint8_t> wanted);
+
+// A mesh that changes, and what its next step would make cross.
+class Crossings {
+ public:
+  struct Change {
+    Index slot;
+    Triangle triangle;
+  };
+
+  // Slots are the faces, in their order. The points must outlive this; where one moves, all faces at it must be
+  // among the changes, and it must be moved before they are committed.
+  Crossings(std::span<const Vec3> points, std::span<const Face> faces);
+
+  // Whether the triangles of `fresh`, whose slots are among the `old` ones that they take the place of, would cross
+  // one another or a triangle that stays, where nothing crossed before: where two sheets do cross, they may cross
+  // along other triangles, but these must be old ones or share a corner with those that crossed. `around` are
+  // slots that share a corner with old ones. About O(log n) each; may run in several threads.
+  bool made(std::span<const Index> old, std::span<const Index> around, std::span<const Change> fresh) const;
+
+  // Does so. About O(log n) each.
+  void commit(std::span<const Index> old, std::span<const Change> fresh);
+
+ private:
+  class Before;
+
+  Triangle at(Index slot) const;
+  template <class Leaf>
+  bool visit(const Box& box, std::span<const Index> old, Leaf leaf) const;
+  void plant(std::vector<Index> slots);
+
+  std::span<const Vec3> points_;
+  std::vector<Face> slots_;
+  std::vector<std::size_t> place_;  // of each slot in the order of the tree
+  std::vector<Box> boxes_;          // of each place; empty where nothing is left
+  std::size_t live_;
+  std::optional<BoxTree> tree_;
+};
+
+}  // namespace bldsimp
