@@ -20,15 +20,11 @@ struct Box {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  void add(const Box& other) { add(other.low), add(other.high); }
+  void add(const Box& o) { add(o.low), add(o.high); }
   double squared_distance(Vec3 p) const {
     const Vec3 out{std::max({low.x - p.x, 0.0, p.x - high.x}), std::max({low.y - p.y, 0.0, p.y - high.y}),
                    std::max({low.z - p.z, 0.0, p.z - high.z})};
     return dot(out, out);
-  }
-  Box common(const Box& o) const {
-    return {{std::max(low.x, o.low.x), std::max(low.y, o.low.y), std::max(low.z, o.low.z)},
-            {std::min(high.x, o.high.x), std::min(high.y, o.high.y), std::min(high.z, o.high.z)}};
   }
   bool meets(const Box& o) const {
     return low.x <= o.high.x && o.low.x <= high.x && low.y <= o.high.y && o.low.y <= high.y && low.z <= o.high.z &&
@@ -65,19 +61,19 @@ class BoxTree {
     if (!order_.empty()) visit(p, 0, enter, leaf);
   }
 
-  // Calls leaf(i) for the faces of all leaves whose box meets this one, until that is false; whether it never was.
+  // Calls leaf(i) as above for all leaves whose box meets this one, until that is false; whether it never was.
   template <class Leaf>
   bool visit(const Box& box, Leaf leaf) const {
     return order_.empty() || visit(box, 0, leaf);
   }
 
-  // Makes room for the face at this place of the order to grow. O(log m).
-  void grow(std::size_t place, const Box& box) {
+  // Makes room for order()[i] to grow. O(log m).
+  void grow(Index i, const Box& box) {
     for (std::size_t at = 0;;) {
       BoxNode& node = nodes_[at];
       node.add(box);
       if (node.second == 0) return;
-      at = place < static_cast<std::size_t>(nodes_[node.second].begin) ? at + 1 : static_cast<std::size_t>(node.second);
+      at = i < nodes_[node.second].begin ? at + 1 : static_cast<std::size_t>(node.second);
     }
   }
 

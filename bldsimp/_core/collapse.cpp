@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <optional>
-#include <tuple>
 
 #include "box_tree.hpp"
 #include "collapser.hpp"
@@ -26,8 +24,17 @@ struct Now {
 // A block: some faces of what is left, over points of their own.
 struct Block {
   std::vector<Index> members;  // faces
+  Box box;                     // that they and what becomes of them are in
   std::vector<Index> points;   // of what is left
-  std::optional<Collapsed> result;
+  Collapsed result;
+  bool stays = false;          // as it was
+};
+
+// What blocks have left, put together.
+struct Joined {
+  Now now;
+  std::vector<Index> block;
+  std::vector<std::uint8_t> changed;
 };
 
 template <class T>
@@ -52,7 +59,7 @@ void divide(std::vector<Index> members, std::span<const Face> faces, std::span<c
             std::vector<Block>& blocks) {
   if (members.size() <= kBlock) {
     std::sort(members.begin(), members.end());
-    blocks.push_back({std::move(members), {}, {}});
+    blocks.push_back({std::move(members), {}, {}, {}, false});
     return;
   }
   Box box;
@@ -104,120 +111,111 @@ std::vector<std::uint8_t> shared_points(const CollapseInput& input, const Now& n
   return shared;
 }
 
-void collapse_block(const CollapseInput& input, const Now& now, std::span<const std::uint8_t> shared, Block& block) {
-  for (const Index f : block.members) block.points.insert(block.points.end(), now.faces[f].begin(), now.faces[f].end());
+void add_boxes(const Now& now, double tolerance, std::span<Block> blocks) {
+  const Vec3 around{tolerance, tolerance, tolerance};
+  for (Block& block : blocks) {
+    for (const Index f : block.members)
+      for (const Index p : now.faces[f]) block.box.add(now.points[p]);
+    block.box.add({block.box.low - around, block.box.high + around});
+  }
+}
+
+// Faces of other blocks that this one may come to cross.
+std::vector<Face> faces_beside(const Now& now, std::span<const Block> blocks, const Block& own) {
+  std::vector<Face> beside;
+  for (const Block& block : blocks) {
+    if (&block == &own || !block.box.meets(own.box)) continue;
+    for (const Index f : block.members) {
+      Box box;
+      for (const Index p : now.faces[f]) box.add(now.points[p]);
+      if (box.meets(own.box)) beside.push_back(now.faces[f]);
+    }
+  }
+  return beside;
+}
+
+void collapse_block(const CollapseInput& input, const Now& now, std::span<const std::uint8_t> shared,
+                    std::span<const Block> blocks, Block& block) {
+  auto faces = taken<Face>(now.faces, block.members), beside = faces_beside(now, blocks, block);
+  for (const auto* list : {&faces, &beside})
+    for (const Face& face : *list) block.points.insert(block.points.end(), face.begin(), face.end());
   std::sort(block.points.begin(), block.points.end());
   block.points.erase(std::unique(block.points.begin(), block.points.end()), block.points.end());
-  auto faces = taken<Face>(now.faces, block.members);
-  for (Face& face : faces)
-    for (Index& p : face)
-      p = static_cast<Index>(std::lower_bound(block.points.begin(), block.points.end(), p) - block.points.begin());
+  for (auto* list : {&faces, &beside})
+    for (Face& face : *list)
+      for (Index& p : face)
+        p = static_cast<Index>(std::lower_bound(block.points.begin(), block.points.end(), p) - block.points.begin());
   const auto points = taken<Vec3>(now.points, block.points);
   const auto sources = taken<Index>(now.source, block.members);
   const auto label = taken(input.label, sources);
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
   const std::vector<std::uint8_t> none(faces.size(), 0);
-  block.result = Collapser({points, faces, label, none, points, faces, label, pinned, stays, input.tolerance,
+  block.result = Collapser({points, faces, label, none, points, faces, label, pinned, stays, beside, input.tolerance,
                             input.decimals, input.single})
                      .run();
 }
 
-// What is left after all blocks; those without a result stay as they were.
-Now joined(const Now& before, std::span<const Block> blocks, std::span<const std::uint8_t> shared,
-           std::vector<Index>& block_of_face) {
-  Now after{before.points, {}, {}};
-  block_of_face.clear();
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    const Block& block = blocks[b];
-    if (!block.result) {
-      for (const Index f : block.members) {
-        after.faces.push_back(before.faces[f]);
-        after.source.push_back(before.source[f]);
-      }
-    } else {
-      const Collapsed& own = *block.result;
-      for (std::size_t t = 0; t < own.triangles.size(); ++t) {
-        const auto& [p, q, r] = own.triangles[t];
-        after.faces.push_back({block.points[p], block.points[q], block.points[r]});
-        after.source.push_back(before.source[block.members[own.source[t]]]);
-      }
-      for (std::size_t p = 0; p < block.points.size(); ++p)
-        if (!shared[block.points[p]]) after.points[block.points[p]] = own.points[p];
-    }
-    block_of_face.resize(after.faces.size(), static_cast<Index>(b));
-  }
-  return after;
-}
-
-// What was done in all.
-void add(const Collapsed& own, Collapsed& total) {
-  total.accepted += own.accepted;
-  total.moved += own.moved;
-  for (std::size_t i = 0; i < total.refusals.size(); ++i) total.refusals[i] += own.refusals[i];
-}
-
-// Where faces of two blocks pass through one another.
-struct Meeting {
-  Index first, second;  // blocks
-  Box place;
-};
-
-std::vector<Meeting> meetings(const Now& now, std::span<const Index> block_of_face) {
-  std::vector<Meeting> found;
-  const std::vector<std::uint8_t> all(now.faces.size(), 1);
-  const auto box = [&](Index f) {
-    Box own;
-    for (const Index p : now.faces[f]) own.add(now.points[p]);
-    return own;
+Joined joined(const Now& now, std::span<const Block> blocks) {
+  Joined after{{now.points, {}, {}}, {}, {}};
+  const auto add = [&](std::size_t b, Index from, const Face& face) {
+    const Face& old = now.faces[from];
+    const bool same = face == old && std::all_of(face.begin(), face.end(), [&](Index p) {
+      return after.now.points[p] == now.points[p];
+    });
+    after.now.faces.push_back(face);
+    after.now.source.push_back(now.source[from]);
+    after.block.push_back(static_cast<Index>(b));
+    after.changed.push_back(!same);
   };
-  for (const auto& [f, g] : find_crossings(now.points, now.faces, all)) {
-    if (block_of_face[f] == block_of_face[g]) continue;
-    const auto& [first, second] = std::minmax(block_of_face[f], block_of_face[g]);
-    found.push_back({first, second, box(f).common(box(g))});
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const auto& [members, box, points, result, stays] = blocks[b];
+    if (stays) {
+      for (const Index f : members) add(b, f, now.faces[f]);
+      continue;
+    }
+    for (std::size_t t = 0; t < result.triangles.size(); ++t) {
+      Face face = result.triangles[t];
+      for (Index& p : face) {
+        after.now.points[points[p]] = result.points[p];
+        p = points[p];
+      }
+      add(b, members[result.source[t]], face);
+    }
   }
-  return found;
+  return after;
 }
 
-// Blocks know nothing of one another: those that pass through another one, where they did not before, stay as they
-// were.
-Now parted(const CollapseInput& input, const Now& before, std::vector<Block>& blocks,
-           std::span<const std::uint8_t> shared, Collapsed& total) {
-  std::vector<Index> block_of_face;
-  Now after = joined(before, blocks, shared, block_of_face);
-  const auto now = meetings(after, block_of_face);
-  if (!now.empty()) {
-    std::vector<Index> block_before(before.faces.size());
-    for (std::size_t b = 0; b < blocks.size(); ++b)
-      for (const Index f : blocks[b].members) block_before[f] = static_cast<Index>(b);
-    auto old = meetings(before, block_before);
-    const Vec3 around{2 * input.tolerance, 2 * input.tolerance, 2 * input.tolerance};
-    for (Meeting& one : old) one.place = {one.place.low - around, one.place.high + around};
-    for (const Meeting& one : now) {
-      const bool known = std::any_of(old.begin(), old.end(), [&](const Meeting& o) {
-        return o.first == one.first && o.second == one.second && o.place.meets(one.place);
-      });
-      if (known) continue;
-      for (const Index b : {one.first, one.second}) blocks[b].result.reset();
-    }
-    after = joined(before, blocks, shared, block_of_face);
+// Blocks know others as they were. Where two have changed so that they cross, one is to stay; whether any is.
+bool part(const Joined& after, std::span<Block> blocks) {
+  bool any = false;
+  for (const auto& [f, g] : find_crossings(after.now.points, after.now.faces, after.changed)) {
+    if (after.block[f] == after.block[g] || !after.changed[f] || !after.changed[g]) continue;
+    blocks[std::max(after.block[f], after.block[g])].stays = any = true;
   }
-  for (const Block& block : blocks)
-    if (block.result) add(*block.result, total);
-  return after;
+  return any;
 }
 
 void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
   std::vector<Block> blocks = blocks_of(now);
   if (blocks.size() < 2) return;
   const auto shared = shared_points(input, now, blocks);
+  add_boxes(now, input.tolerance, blocks);
   parallel_for(
       blocks.size(),
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; ++b) collapse_block(input, now, shared, blocks[b]);
+        for (std::size_t b = begin; b < end; ++b) collapse_block(input, now, shared, blocks, blocks[b]);
       },
       1);
-  now = parted(input, now, blocks, shared, total);
+  Joined after = joined(now, blocks);
+  if (part(after, blocks)) after = joined(now, blocks);
+  for (const Block& block : blocks) {
+    if (block.stays) continue;
+    total.accepted += block.result.accepted;
+    total.moved += block.result.moved;
+    for (std::size_t i = 0; i < total.refusals.size(); ++i) total.refusals[i] += block.result.refusals[i];
+  }
+  now = std::move(after.now);
 }
 
 }  // namespace
@@ -230,12 +228,14 @@ Collapsed collapse(const CollapseInput& input) {
   const auto label = taken<Index>(input.label, now.source);
   const auto pinned = taken<std::uint8_t>(input.pinned, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
-  const Left left{input.points, input.surface, input.label,     input.left_out, now.points,  now.faces, label,
-                  pinned,       none,          input.tolerance, input.decimals, input.single};
+  const Left left{input.points, input.surface, input.label, input.left_out,  now.points,     now.faces,   label,
+                  pinned,       none,          {},          input.tolerance, input.decimals, input.single};
   Collapser collapser(left);
   Collapsed result = collapser.run();
   for (Index& f : result.source) f = now.source[f];
-  add(total, result);
+  for (std::size_t i = 0; i < total.refusals.size(); ++i) result.refusals[i] += total.refusals[i];
+  result.accepted += total.accepted;
+  result.moved += total.moved;
   result.holder = collapser.holders();
   if (fewer || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
   return result;

@@ -162,10 +162,10 @@ Collapser::Collapser(const Left& input)
     for (const Index p : faces_[f]) star_[p].push_back(static_cast<Index>(f));
   tree_.emplace(origin_, input.surface);
   cover_.emplace(origin_, input.surface, points_, faces_, limit_);
+  crossings_.emplace(result_.points, faces_, input.beside);
   find_borders();
   fix_points();
   add_quadrics();
-  crossings_.emplace(result_.points, faces_);
 }
 
 void Collapser::find_borders() {
@@ -293,7 +293,8 @@ void Collapser::push_all() {
 
 void Collapser::survey(Index a, Index b, Vec3 stored) {
   auto& now = now_;
-  now.a = a, now.b = b, now.stored = stored, now.target = stored - middle_;
+  const Vec3 target = stored - middle_;
+  now.a = a, now.b = b, now.target = target, now.stored = stored;
   for (auto* list : {&now.dying, &now.moving, &now.around, &now.apexes}) list->clear();
   now.made.clear();
   now.old = star_[a];
@@ -302,7 +303,7 @@ void Collapser::survey(Index a, Index b, Vec3 stored) {
       now.moving.push_back(f);
       Corners at = corners(faces_[f]);
       for (int i = 0; i < 3; ++i)
-        if (faces_[f][i] == a) at[i] = now.target;
+        if (faces_[f][i] == a) at[i] = target;
       now.made.push_back({f, b < 0 ? faces_[f] : replaced(faces_[f], a, b), at});
       continue;
     }
@@ -453,14 +454,16 @@ Collapser::Refused Collapser::refusal() {
 }
 
 std::vector<Crossings::Change> Collapser::changes() const {
-  std::vector<Crossings::Change> found;
+  std::vector<Crossings::Change> changes;
   for (const Made& made : now_.made) {
-    const Face& old = faces_[made.slot];
-    Crossings::Change change{made.slot, {made.face, {}}};
-    for (int i = 0; i < 3; ++i) change.triangle.at[i] = old[i] == now_.a ? now_.stored : result_.points[old[i]];
-    found.push_back(change);
+    Corners at;
+    for (int i = 0; i < 3; ++i) {
+      const Index p = made.face[i];
+      at[i] = p == (now_.b < 0 ? now_.a : now_.b) ? now_.stored : result_.points[p];
+    }
+    changes.push_back({made.slot, {made.face, at}});
   }
-  return found;
+  return changes;
 }
 
 // Makes the proof that was found the standing one.
@@ -587,9 +590,9 @@ bool Collapser::move(Index a) {
     if (!(planes.at(from) - planes.at(to) > least * least * planes.weight())) continue;
     survey(a, -1, stored);
     if (refusal()) continue;
+    commit();
     points_[a] = to;
     result_.points[a] = stored;
-    commit();
     ++result_.moved;
     return true;
   }

@@ -27,6 +27,7 @@ struct Left {
   std::span<const Index> label;
   std::span<const std::uint8_t> pinned;  // faces that stay
   std::span<const std::uint8_t> shared;  // points that others need as they are, with all that meets there
+  std::span<const Face> beside;          // of others; what is left may not cross them
   double tolerance;
   int decimals;
   bool single;
@@ -133,12 +134,12 @@ class Collapser {
   std::optional<Cover> cover_;
   std::array<std::optional<Cover>, 2> edge_cover_;
   Collapsed result_;
-  std::optional<Crossings> crossings_;  // of the points as they will be written: about the middle they are rounded
+  std::optional<Crossings> crossings_;  // of the result's points: about another origin they are rounded
 
   // The change that is looked at: a goes to b, or (b is -1) to where the target is.
   struct {
     Index a, b, edge;  // border edge a-b; -1 for none
-    Vec3 target, stored;  // about the middle, and as it will be written
+    Vec3 target, stored;  // the same place, about the middle and as it will be written
     std::vector<Index> dying, moving, around;  // faces; `around` are those that stay as they are, at the ring
     std::vector<Made> made;
     std::vector<MadeEdge> made_edges;

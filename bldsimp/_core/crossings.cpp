@@ -179,10 +179,11 @@ std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, s
   parallel_for(
       found.size(),
       [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin * kBlock; i < std::min(end * kBlock, faces.size()); ++i) {
+        const std::size_t last = std::min(end * kBlock, faces.size());
+        for (auto i = static_cast<Index>(begin * kBlock); i < static_cast<Index>(last); ++i) {
           if (!wanted[order[i]]) continue;
           const Oriented own(triangle(points, faces[order[i]]));
-          tree.visit(boxes[i], [&](std::size_t k) {
+          tree.visit(boxes[i], [&](Index k) {
             const bool first = k > i || !wanted[order[k]];
             if (first && boxes[k].meets(boxes[i]) && cross_each_other(own, triangle(points, faces[order[k]])))
               found[i / kBlock].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
@@ -197,9 +198,12 @@ std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, s
   return pairs;
 }
 
-Crossings::Crossings(std::span<const Vec3> points, std::span<const Face> faces)
-    : points_(points), slots_(faces.begin(), faces.end()), place_(faces.size()), live_(faces.size()) {
-  std::vector<Index> all(faces.size());
+Crossings::Crossings(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Face> beside)
+    : points_(points), slots_(faces.begin(), faces.end()), own_(static_cast<Index>(faces.size())) {
+  slots_.insert(slots_.end(), beside.begin(), beside.end());
+  live_ = slots_.size();
+  place_.resize(live_);
+  std::vector<Index> all(live_);
   std::iota(all.begin(), all.end(), 0);
   plant(std::move(all));
 }
@@ -210,18 +214,18 @@ void Crossings::plant(std::vector<Index> slots) {
   tree_.emplace(points_, slots_, std::move(slots));
   boxes_.clear();
   for (const Index slot : tree_->order()) {
-    place_[slot] = boxes_.size();
+    place_[slot] = static_cast<Index>(boxes_.size());
     boxes_.push_back(box_of(at(slot)));
   }
 }
 
-// Calls leaf(triangle, box) for what stays and has a box that meets this one, until that is false.
+// Calls leaf(slot, triangle, box) for what stays and has a box that meets this one, until that is false.
 template <class Leaf>
 bool Crossings::visit(const Box& box, std::span<const Index> old, Leaf leaf) const {
-  return tree_->visit(box, [&](std::size_t place) {
+  return tree_->visit(box, [&](Index place) {
     if (!boxes_[place].meets(box)) return true;
     const Index slot = tree_->order()[place];
-    return std::find(old.begin(), old.end(), slot) != old.end() || leaf(at(slot), boxes_[place]);
+    return std::find(old.begin(), old.end(), slot) != old.end() || leaf(slot, at(slot), boxes_[place]);
   });
 }
 
@@ -253,7 +257,7 @@ class Crossings::Before {
  private:
   void find() {
     found_ = true;
-    mesh_.visit(all_, {}, [&](const Triangle& t, const Box& box) {
+    mesh_.visit(all_, {}, [&](Index, const Triangle& t, const Box& box) {
       const bool does = std::any_of(own_.begin(), own_.end(), [&](const Oriented& f) {
         return box_of(f).meets(box) && cross_each_other(f, t);
       });
@@ -284,9 +288,9 @@ bool Crossings::made(std::span<const Index> old, std::span<const Index> around, 
   for (std::size_t i = 0; i < come.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (cross_each_other(come[i], come[j]) && !look_back().each_other()) return true;
-  return !visit(all, old, [&](const Triangle& t, const Box& box) {
+  return !visit(all, old, [&](Index slot, const Triangle& t, const Box& box) {
     for (std::size_t i = 0; i < come.size(); ++i)
-      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return look_back().at(t);
+      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return slot < own_ && look_back().at(t);
     return true;
   });
 }

@@ -35,17 +35,17 @@ class Crossings {
     Triangle triangle;
   };
 
-  // Slots are the faces, in their order. The points must outlive this; where one moves, all faces at it must be
-  // among the changes, and it must be moved before they are committed.
-  Crossings(std::span<const Vec3> points, std::span<const Face> faces);
+  // Slots are the faces, in their order; those `beside` them stay as they are. The points must outlive this; one may
+  // move once a change is committed that has all faces at it.
+  Crossings(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Face> beside);
 
   // Whether the triangles of `fresh`, whose slots are among the `old` ones that they take the place of, would cross
   // one another or a triangle that stays, where nothing crossed before: where two sheets do cross, they may cross
-  // along other triangles, but these must be old ones or share a corner with those that crossed. `around` are
-  // slots that share a corner with old ones. About O(log n) each; may run in several threads.
+  // along other triangles, but these must share a corner with those that crossed. Nothing may cross what is beside.
+  // `around` are slots that share a corner with old ones. About O(log n); may run in several threads.
   bool made(std::span<const Index> old, std::span<const Index> around, std::span<const Change> fresh) const;
 
-  // Does so. About O(log n) each.
+  // Does so. About O(log n).
   void commit(std::span<const Index> old, std::span<const Change> fresh);
 
  private:
@@ -58,8 +58,9 @@ class Crossings {
 
   std::span<const Vec3> points_;
   std::vector<Face> slots_;
-  std::vector<std::size_t> place_;  // of each slot in the order of the tree
-  std::vector<Box> boxes_;          // of each place; empty where nothing is left
+  std::vector<Index> place_;  // of each slot in the order of the tree
+  std::vector<Box> boxes_;    // of each place; empty where nothing is left
+  Index own_;
   std::size_t live_;
   std::optional<BoxTree> tree_;
 };

@@ -94,6 +94,31 @@ double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, doubl
   return bound;
 }
 
+FaceTree::Held FaceTree::held(const std::array<Vec3, 3>& piece, double longest, double limit, Index& place) const {
+  const auto holds = [&](Index i) {
+    return std::all_of(piece.begin(), piece.end(), [&](const Vec3& p) { return triangles_[i].within(p, limit); });
+  };
+  if (holds(place)) return Held::whole;
+  const Vec3 middle = (1.0 / 3) * (piece[0] + piece[1] + piece[2]);
+  Held found = Held::nowhere;
+  // A face that holds the whole piece is not much shorter than it.
+  const double shortest = longest - 2 * limit;
+  tree_.visit(
+      middle,
+      [&](const BoxNode& box) {
+        return found != Held::whole && (found == Held::nowhere || box.longest >= shortest) &&
+               box.squared_distance(middle) <= limit * limit;
+      },
+      [&](Index i) {
+        if (found == Held::whole || !triangles_[i].within(middle, limit)) return;
+        found = Held::middle;
+        if (!holds(i)) return;
+        found = Held::whole;
+        place = i;
+      });
+  return found;
+}
+
 // Halves a triangle until each piece is within the limit of one face, and goes down the tree with it: only what is
 // near a piece is looked at for its halves.
 class FaceTree::Holding {
@@ -105,26 +130,18 @@ class FaceTree::Holding {
     return piece_holds(triangle, 0);
   }
 
-  // Where in the tree's order a face is that holds a whole triangle, or -1.
-  Index holder(const std::array<Vec3, 3>& triangle) {
-    return one_holds(triangle, 0, around(triangle), longest_side(triangle) - 2 * limit_) ? guess_ : -1;
-  }
-
  private:
   using Triangle = std::array<Vec3, 3>;
-
-  Box around(const Triangle& piece) const {
-    Box box;
-    for (const Vec3& p : piece) box.add(p);
-    const Vec3 limits{limit_, limit_, limit_};
-    return {box.low - limits, box.high + limits};
-  }
 
   // What is near the piece is among the nodes from `begin` on.
   bool piece_holds(const Triangle& piece, std::size_t begin) {
     if (holds(piece, guess_)) return true;
     const double longest = longest_side(piece);
-    const Box box = around(piece);
+    Box box;
+    for (const Vec3& p : piece) box.add(p);
+    const Vec3 around{limit_, limit_, limit_};
+    box.low = box.low - around;
+    box.high = box.high + around;
     const std::size_t end = near_.size();
     for (std::size_t i = begin; i < end; ++i) open(near_[i], box, longest);
     // A face that holds the whole piece is not much shorter than it.
@@ -181,12 +198,6 @@ class FaceTree::Holding {
 
 bool FaceTree::holds(const std::array<Vec3, 3>& triangle, double limit) const {
   return !triangles_.empty() && Holding(*this, limit).holds(triangle);
-}
-
-Index FaceTree::holder(const std::array<Vec3, 3>& triangle, double limit) const {
-  if (triangles_.empty()) return -1;
-  const Index place = Holding(*this, limit).holder(triangle);
-  return place < 0 ? -1 : tree_.order()[place];
 }
 
 std::vector<double> FaceTree::distances(std::span<const Vec3> queries) const {

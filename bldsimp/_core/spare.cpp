@@ -141,30 +141,34 @@ template <class MayHold>
 bool Sparing::holds(Index face, MayHold may_hold, std::vector<Index>& holders) const {
   std::vector<std::array<Vec3, 3>> left{corners(face)};
   holders.clear();
-  Index body = -1, nearest = 0;
+  Index holder = -1, place = 0;
   while (!left.empty()) {
     const auto now = left.back();
+    const auto& [a, b, c] = now;
     left.pop_back();
-    const auto near = [&](Vec3 p) { return bodies_[body].tree->to_face(p, nearest) <= limit_; };
-    if (body >= 0 && std::all_of(now.begin(), now.end(), near)) continue;
-    bool any = false;
-    Box box;
-    for (const Vec3& p : now) box.add(p);
-    const Vec3 around{limit_, limit_, limit_};
-    box = {box.low - around, box.high + around};
-    const bool none = boxes_->visit(box, [&](Index i) {
-      const Index other = boxes_->order()[i];
-      if (!bodies_[other].box.meets(box) || !may_hold(other)) return true;
-      any = true;
-      const Index found = bodies_[other].tree->holder(now, limit_);
-      if (found >= 0) body = other, nearest = found;
-      return found < 0;
-    });
-    if (!none) {
-      holders.push_back(body);
+    const Vec3 middle = (1.0 / 3) * (a + b + c);
+    const double longest = longest_side(now);
+    auto found = FaceTree::Held::nowhere;
+    const auto ask = [&](Index body, Index at) {
+      const auto held = bodies_[body].tree->held(now, longest, limit_, at);
+      found = std::max(found, held);
+      if (held == FaceTree::Held::whole) holder = body, place = at;
+    };
+    if (holder >= 0) ask(holder, place);
+    boxes_->visit(
+        middle,
+        [&](const Box& box) {
+          return found != FaceTree::Held::whole && box.squared_distance(middle) <= limit_ * limit_;
+        },
+        [&](Index i) {
+          const Index body = boxes_->order()[i];
+          if (found != FaceTree::Held::whole && may_hold(body)) ask(body, 0);
+        });
+    if (found == FaceTree::Held::whole) {
+      holders.push_back(holder);
       continue;
     }
-    if (!any || longest_side(now) < limit_ * FaceTree::finest) return false;
+    if (found == FaceTree::Held::nowhere || longest < limit_ * FaceTree::finest) return false;
     for (const auto& half : halved(now)) left.push_back(half);
   }
   std::sort(holders.begin(), holders.end());
