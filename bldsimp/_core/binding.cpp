@@ -16,6 +16,7 @@
 #include "distances.hpp"
 #include "facets.hpp"
 #include "halfedges.hpp"
+#include "lids.hpp"
 #include "orient.hpp"
 #include "outlines.hpp"
 #include "polygons.hpp"
@@ -348,6 +349,17 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
+  nb::class_<Lids> closing(m, "Lids");
+  def_view<Index>(closing, "faces", &Lids::faces);
+  def_view<Index>(closing, "beside", &Lids::beside);
+  closing.def_ro("closed", &Lids::closed);
+  m.def(
+      "find_lids",
+      [](Points3 points, Faces3 faces, Indices label, Bytes pinned, double limit) {
+        nb::gil_scoped_release release;
+        return find_lids(rows<Vec3>(points), rows<Face>(faces), flat(label), flat(pinned), limit);
+      },
+      "points"_a, "faces"_a, "label"_a, "pinned"_a, "limit"_a);
   nb::class_<Collapsed> collapsed(m, "Collapsed");
   def_view<double>(collapsed, "points", &Collapsed::points);
   def_view<Index>(collapsed, "triangles", &Collapsed::triangles);
@@ -360,12 +372,13 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "collapse",
       [](Points3 points, Faces3 surface, Indices label, Bytes pinned, Bytes left_out, double tolerance, int decimals,
-         bool single) {
+         bool single, Index lids) {
         nb::gil_scoped_release release;
-        return collapse({rows<Vec3>(points), rows<Face>(surface), flat(label), flat(pinned), flat(left_out),
+        return collapse({rows<Vec3>(points), rows<Face>(surface), flat(label), flat(pinned), flat(left_out), lids,
                          tolerance, decimals, single});
       },
-      "points"_a, "surface"_a, "label"_a, "pinned"_a, "left_out"_a, "tolerance"_a, "decimals"_a, "single"_a);
+      "points"_a, "surface"_a, "label"_a, "pinned"_a, "left_out"_a, "tolerance"_a, "decimals"_a, "single"_a,
+      "lids"_a = 0);
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,
