@@ -150,8 +150,7 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
   const auto label = taken(input.label, sources);
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
-  const std::vector<std::uint8_t> none(faces.size(), 0);
-  block.result = Collapser({points, faces, label, none, points, faces, label, pinned, stays, beside, input.tolerance,
+  block.result = Collapser({points, faces, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
                             input.decimals, input.single, input.progress})
                      .run();
 }
@@ -222,14 +221,17 @@ void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
 
 Collapsed collapse(const CollapseInput& input) {
   Now now = whole(input);
-  const bool fewer = now.faces.size() < input.surface.size();
+  const auto surface = input.surface.first(input.surface.size() - static_cast<std::size_t>(input.lids));
+  const std::vector<Face> bounded = now.faces;
+  const auto bounded_label = taken<Index>(input.label, now.source);
+  const bool same = bounded.size() == surface.size() && input.lids == 0;
   Collapsed total;
   collapse_blocks(input, now, total);
   const auto label = taken<Index>(input.label, now.source);
   const auto pinned = taken<std::uint8_t>(input.pinned, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
-  const Left left{input.points, input.surface, input.label, input.left_out,  now.points,     now.faces,   label,
-                  pinned,       none,          {},          input.tolerance, input.decimals, input.single, input.progress};
+  const Left left{input.points, surface, bounded, bounded_label,   now.points,     now.faces,   label,
+                  pinned,       none,    {},      input.tolerance, input.decimals, input.single, input.progress};
   Collapser collapser(left);
   Collapsed result = collapser.run();
   for (Index& f : result.source) f = now.source[f];
@@ -237,7 +239,7 @@ Collapsed collapse(const CollapseInput& input) {
   result.accepted += total.accepted;
   result.moved += total.moved;
   result.holder = collapser.holders();
-  if (fewer || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
+  if (!same || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
   return result;
 }
 

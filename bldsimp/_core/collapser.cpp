@@ -173,15 +173,8 @@ void Collapser::find_borders() {
   std::stable_sort(edges_.begin(), edges_.end(), [](const Edge& e, const Edge& f) { return e.kind < f.kind; });
   for (std::size_t e = 0; e < edges_.size(); ++e)
     for (const Index p : edges_[e].ends) rim_[p].push_back(static_cast<Index>(e));
-  std::vector<Face> kept;
-  std::vector<Index> kept_label;
-  for (std::size_t f = 0; f < input_.surface.size(); ++f) {
-    if (input_.left_out[f]) continue;
-    kept.push_back(input_.surface[f]);
-    kept_label.push_back(input_.surface_label[f]);
-  }
-  const Single whole = without_copies(kept);
-  const auto own = borders(whole.faces, points_.size(), labels_of(whole, kept_label));
+  const Single whole = without_copies(input_.bounded);
+  const auto own = borders(whole.faces, points_.size(), labels_of(whole, input_.bounded_label));
   for (int kind = 0; kind < 2; ++kind) {
     const auto now = flat_faces(edges_, kind);
     auto before = flat_faces(own, kind);

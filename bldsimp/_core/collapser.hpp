@@ -20,8 +20,8 @@ namespace bldsimp {
 struct Left {
   std::span<const Vec3> points;          // of the surface
   std::span<const Face> surface;
-  std::span<const Index> surface_label;
-  std::span<const std::uint8_t> left_out;  // faces of the surface whose borders nobody keeps
+  std::span<const Face> bounded;         // over the same points: what has the borders that are kept
+  std::span<const Index> bounded_label;
   std::span<const Vec3> positions;       // of what is left
   std::span<const Face> faces;
   std::span<const Index> label;
