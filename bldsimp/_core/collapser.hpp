@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "borders.hpp"
 #include "collapse.hpp"
 #include "cover.hpp"
 #include "crossings.hpp"
@@ -34,6 +35,11 @@ struct Left {
   Progress* progress;
 };
 
+inline bool has(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
+
+// As long as twice the area.
+inline Vec3 normal(const std::array<Vec3, 3>& t) { return cross(t[1] - t[0], t[2] - t[0]); }
+
 class Collapser {
  public:
   explicit Collapser(const Left& input);
@@ -50,18 +56,7 @@ class Collapser {
  private:
   using Refused = std::optional<Refusal>;
   using Corners = std::array<Vec3, 3>;
-  using Labels = std::array<Index, 2>;
 
-  // Faces that are copies of one another but for their winding count as one.
-  struct Single {
-    std::vector<Face> faces;
-    std::vector<Index> index, copy;  // of the given faces: the one, and the other or -1
-  };
-  struct Edge {
-    std::array<Index, 2> ends;
-    int kind;                    // 0 border, 1 between labels or more than two faces
-    std::vector<Labels> labels;  // of its faces
-  };
   struct Candidate {
     double cost;
     Index from, to, stamp;
@@ -78,11 +73,6 @@ class Collapser {
     Index edge;
     Vec3 begin, end;
   };
-
-  static Single without_copies(std::span<const Face> faces);
-  static std::vector<Labels> labels_of(const Single& single, std::span<const Index> label);
-  static std::vector<Edge> borders(std::span<const Face> faces, std::size_t points, std::span<const Labels> labels);
-  static std::vector<Face> flat_faces(std::span<const Edge> edges, int kind);
 
   Corners corners(const Face& f) const { return {points_[f[0]], points_[f[1]], points_[f[2]]}; }
   void find_borders();
@@ -122,7 +112,7 @@ class Collapser {
   std::vector<Labels> labels_;
   std::vector<bool> alive_;
   std::vector<std::vector<Index>> star_, rim_;  // faces and border edges at each point
-  std::vector<Edge> edges_;
+  std::vector<BorderEdge> edges_;
   std::vector<bool> fixed_;
   std::vector<Quadric> quadric_;
   std::vector<Index> stamp_;
