@@ -6,10 +6,7 @@ import itertools
 from fractions import Fraction
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
-
-from bldsimp import _core
 
 Vector = tuple[Fraction, ...]
 Polygon = list[Vector]
