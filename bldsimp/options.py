@@ -27,6 +27,9 @@ STAGED_DIAGONAL = 1e-5
 MOVED_SHARE = 1e-3
 """Coordinates of points that a wide tolerance moves are rounded to no more than this share of it."""
 
+SPARE_SHARE = 0.99
+"""Share of a wide tolerance within which the rest must hold a body that is dropped; the rest may still move."""
+
 LEAST_GAIN = 0.125
 """Curved surfaces of a component that would lose a smaller share of their points keep their faces, so that a
 second run, which always finds another cut, finds little to do."""
@@ -102,6 +105,8 @@ class Options:
         Simplify textured and coloured parts too, and drop what they carry.
     baseline : bool
         Also report the points that fast-simplification needs for the same deviation.
+    min_part : float
+        Components whose box has a smaller diagonal than this go, beyond the tolerance; model units; 0 for none.
     """
 
     tolerance: Tolerance = Tolerance()
@@ -109,6 +114,7 @@ class Options:
     normals: str = "auto"
     drop_attributes: bool = False
     baseline: bool = False
+    min_part: float = 0.0
 
     def __post_init__(self) -> None:
         if not isinstance(self.tolerance, Tolerance):
@@ -116,6 +122,7 @@ class Options:
         if self.normals not in NORMALS:
             raise UsageError(f"normals {self.normals!r}: choose one of {', '.join(NORMALS)}")
         check_length("weld", self.weld)
+        check_length("min_part", self.min_part)
 
 
 DEFAULTS = Options()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .assembled import Layout
+from .dropped import Dropped, spare
 from .ladder import climb
 from .options import AUTO_DIAGONAL, DEFAULTS, MOVED_SHARE, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
 from .report import Counts
@@ -50,6 +51,7 @@ class Outcome:
         Points that stay only since sheets meet there inside of facets.
     reasons : dict of str to int
         Why facets stand below the first rung.
+    dropped : list of Dropped
     statistics : Statistics
         Of all triangulations.
     layout : Layout or None
@@ -75,6 +77,7 @@ class Outcome:
     healed: int = 0
     touching: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
+    dropped: list[Dropped] = field(default_factory=list)
     statistics: Statistics = field(default_factory=Statistics)
     layout: Layout | None = None
 
@@ -96,6 +99,7 @@ class Outcome:
             turned=self.turned + second.turned,
             healed=self.healed + second.healed,
             reasons=dict(Counter(self.reasons) + Counter(second.reasons)),
+            dropped=self.dropped + second.dropped,
             statistics=self.statistics + second.statistics,
         )
 
@@ -111,7 +115,12 @@ def _facet_after(first: Outcome, second: Outcome) -> Indices:
 
 
 def simplify_mesh(
-    mesh: Mesh, tolerance: float, options: Options = DEFAULTS, *, with_layout: bool = False
+    mesh: Mesh,
+    tolerance: float,
+    options: Options = DEFAULTS,
+    *,
+    with_layout: bool = False,
+    progress: _core.Progress | None = None,
 ) -> Outcome:
     """Simplify one mesh.
 
@@ -124,6 +133,8 @@ def simplify_mesh(
         `weld` (model units of the mesh's own frame) and `drop_attributes`.
     with_layout : bool
         Keep what another triangulation of the same facets needs.
+    progress : Progress, optional
+        Counts points that a wide tolerance drops, while it does.
 
     Returns
     -------
@@ -141,7 +152,7 @@ def simplify_mesh(
     if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
         return _lossless(mesh, tolerance, options, with_layout=with_layout)
     first = _lossless(mesh, fine, options)
-    second = _collapsed(_left(mesh, first), first, tolerance - first.deviation - fine, options)
+    second = _collapsed(_left(mesh, first), first, tolerance - first.deviation - fine, options, progress)
     done = first.followed_by(second)
     welded = dataclasses.replace(options, weld=0.0)
     return done.followed_by(_lossless(_left(mesh, done), fine, welded, with_layout=with_layout))
@@ -205,18 +216,20 @@ def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bo
     )
 
 
-def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -> Outcome:
+def _collapsed(
+    mesh: Mesh, first: Outcome, tolerance: float, options: Options, progress: _core.Progress | None
+) -> Outcome:
     """Edges collapsed, on a mesh that is what facets left; facets are those of the outcome that it is left of."""
     passed_on = _passed_on(mesh, options)
     welded = _core.weld(mesh.points, mesh.faces, 0.0)
     points, faces, part = welded.points, welded.faces, mesh.part_of_face[welded.source]
     facet_of_face = first.facet_of_light[welded.source]
     slack = _frame(mesh.box)[2]
-    left_out = np.zeros(len(faces), np.uint8)
-    found = _core.collapse(
-        points, faces, part, passed_on[part].astype(np.uint8), left_out, tolerance - slack,
-        _NONE_MOVES if mesh.quantized else _decimals(tolerance), mesh.single,
-    )  # fmt: skip
+    pinned, within = passed_on[part].astype(np.uint8), tolerance - slack
+    needless, dropped = spare(points, faces, part, pinned, within)
+    decimals = _NONE_MOVES if mesh.quantized else _decimals(tolerance)
+    found = _core.collapse(points, faces, part, pinned, needless, within, decimals, mesh.single, progress)
+    changed = found.accepted + found.moved > 0 or len(dropped) > 0
     facet = facet_of_face[found.source]
     kept = np.zeros(len(points), np.uint8)
     kept[found.triangles] = 1
@@ -239,10 +252,11 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
         source=welded.source,
         planes=first.planes,
         rung=first.rung,
-        unchanged=np.full_like(first.unchanged, found.accepted + found.moved == 0),
+        unchanged=np.full_like(first.unchanged, not changed),
         before=first.after,
         after=_counted(found.triangles, points, light),
-        deviation=found.deviation + slack if found.accepted + found.moved else 0.0,
+        deviation=found.deviation + slack if changed else 0.0,
+        dropped=dropped,
     )
 
 
@@ -324,6 +338,13 @@ def _looked_up(
     order = np.lexsort((values, keys))
     place = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
     return values[order][place], keys[order][place] == wanted
+
+
+def counted(mesh: Mesh, options: Options) -> Counts:
+    """A mesh in numbers, as `simplify_mesh` counts before it does anything."""
+    welded, _ = _welded(mesh, _passed_on(mesh, options), options.weld)
+    count = len(welded.points)
+    return _counts(count, len(mesh.faces), *_core.count_edges(welded.faces, count))
 
 
 def _counted(triangles: Faces, points: Points, light: Light) -> Counts:

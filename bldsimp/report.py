@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from dataclasses import asdict, dataclass, field
 from typing import Any
+
+from .scene import MOST_NAMED
 
 SCHEMA = "bldsimp.report/1"
 """Name and version of the JSON; the number rises when a field changes its meaning or goes."""
@@ -24,6 +27,12 @@ REASONS = {
     "little_gain": "a curved surface would lose too few points",
 }
 """Why a facet steps down, in words."""
+
+DROPPED = {
+    "within_tolerance": "within the tolerance of what remains",
+    "smaller_than_min_part": "smaller than asked for, which the deviation does not count",
+}
+"""Why a component went, in words."""
 
 
 @dataclass
@@ -63,6 +72,28 @@ class PassedOn:
 
 
 @dataclass
+class DroppedPart:
+    """A component that went as a whole.
+
+    Attributes
+    ----------
+    part : str
+        Name of the part that most of its triangles belong to.
+    triangles : int
+        That it had by then.
+    box : list of list of float
+        Least and greatest coordinates, (2, 3); of an instanced mesh, in the place of its first instance.
+    reason : str
+        ``within_tolerance`` of what remains, or ``smaller_than_min_part``.
+    """
+
+    part: str
+    triangles: int
+    box: list[list[float]]
+    reason: str
+
+
+@dataclass
 class Report:
     """What a run did. Lengths are model units in world space.
 
@@ -70,7 +101,8 @@ class Report:
     ----------
     tolerance : float
     deviation : float
-        Certified bound of the distance between input and output surface, both ways, with `rounding`.
+        Certified bound of the distance between input and output surface, both ways, with `rounding`, and
+        without what is smaller than `min_part`.
     diagonal : float
         Of the box of all points that a face uses.
     epsilon : float
@@ -92,6 +124,7 @@ class Report:
         Faces whose winding was turned.
     degenerate, duplicate : int
         Faces left out, since they repeat a point; since they copy another face.
+    dropped : list of DroppedPart
     passed_on : list of PassedOn
     baseline : int or None
         Points that fast-simplification needs for the same deviation; None where not asked, or
@@ -115,6 +148,7 @@ class Report:
     turned: int = 0
     degenerate: int = 0
     duplicate: int = 0
+    dropped: list[DroppedPart] = field(default_factory=list)
     passed_on: list[PassedOn] = field(default_factory=list)
     baseline: int | None = None
     seconds: float = 0.0
@@ -148,6 +182,7 @@ def summary(report: Report) -> str:
     lines = [_change(report), _surface(report)]
     if report.facets:
         lines.append(_facets(report))
+    lines += _dropped(report)
     if report.baseline is not None:
         share = report.baseline / max(report.after.points, 1)
         lines.append(
@@ -198,6 +233,20 @@ def _facets(report: Report) -> str:
     extra += [f"{report.degenerate:,} faces that repeat a point left out"] if report.degenerate else []
     extra += [f"{report.duplicate:,} copies of faces left out"] if report.duplicate else []
     return "; ".join([text, *extra])
+
+
+def _dropped(report: Report) -> list[str]:
+    """What went as a whole, and the parts that had the most of it."""
+    lines = []
+    for reason, words in DROPPED.items():
+        names = Counter(part.part for part in report.dropped if part.reason == reason)
+        if not names:
+            continue
+        named = ", ".join(f"{name} ({count:,})" if count > 1 else name for name, count in names.most_common(MOST_NAMED))
+        more = f" and {len(names) - MOST_NAMED:,} more parts" if len(names) > MOST_NAMED else ""
+        count = names.total()
+        lines.append(f"dropped    {count:,} component{'s' if count > 1 else ''} {words}: {named}{more}")
+    return lines
 
 
 def _notes(report: Report) -> list[str]:

@@ -23,7 +23,7 @@ Indices = NDArray[np.int32]
 Flags = NDArray[np.uint8]
 
 MOST_NAMED = 10
-"""So many offenders an error message names at most."""
+"""So many names a message gives at most."""
 
 LARGEST_COORDINATE = 1e100
 """Beyond this, products of coordinates leave the range of double precision."""

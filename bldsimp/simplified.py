@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import time
 from collections import Counter
 from dataclasses import dataclass
@@ -12,15 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _core
 from .assembled import Rung
+from .dropped import Dropped, without_small
 from .errors import InputError
 from .number_format import number_format
 from .options import Options, Tolerance, check_length, parse_tolerance
-from .pipeline import Outcome, simplify_mesh
-from .report import PassedOn, Report
+from .pipeline import Outcome, counted, simplify_mesh
+from .report import DroppedPart, PassedOn, Report
 from .rings import rings_of
 from .scene import MOST_NAMED, Light, Mesh, Part, Points, Scene, check_finite
-from .tolerance import blur, diagonal, resolve_tolerance, scale
+from .tolerance import blur, diagonal, placed, resolve_tolerance, scale
 
 
 @dataclass
@@ -131,13 +134,17 @@ def simplify(mesh: Any, tolerance: float | str | Tolerance | None = None) -> Sim
     return Simplified(result, report, outcomes[0])
 
 
-def simplify_scene(scene: Scene, options: Options) -> tuple[list[Light], Report]:
+def simplify_scene(
+    scene: Scene, options: Options, progress: _core.Progress | None = None
+) -> tuple[list[Light], Report]:
     """Make every mesh of a scene light.
 
     Parameters
     ----------
     scene : Scene
     options : Options
+    progress : Progress, optional
+        See `simplify_mesh`.
 
     Returns
     -------
@@ -146,12 +153,12 @@ def simplify_scene(scene: Scene, options: Options) -> tuple[list[Light], Report]
     report : Report
         Without what writing adds: `rounding`, and `after`'s vertices and bytes.
     """
-    outcomes, report = simplify_meshes(scene, options)
+    outcomes, report = simplify_meshes(scene, options, progress=progress)
     return [outcome.light for outcome in outcomes], report
 
 
 def simplify_meshes(
-    scene: Scene, options: Options, *, with_layout: bool = False
+    scene: Scene, options: Options, *, with_layout: bool = False, progress: _core.Progress | None = None
 ) -> tuple[list[Outcome], Report]:
     """Make every mesh of a scene light, and tell all that is known of each.
 
@@ -159,7 +166,7 @@ def simplify_meshes(
     ----------
     scene : Scene
     options : Options
-    with_layout : bool
+    with_layout, progress
         See `simplify_mesh`.
 
     Returns
@@ -178,10 +185,13 @@ def simplify_meshes(
     )
     report.before.bytes = scene.size
     outcomes = []
-    for mesh in scene.meshes:
+    for mesh, left, small in zip(scene.meshes, *_without_small(scene, options, report), strict=True):
         stretch = scale(mesh) or 1.0
         local = dataclasses.replace(options, weld=options.weld / stretch)
-        outcome = simplify_mesh(mesh, report.tolerance / stretch, local, with_layout=with_layout)
+        outcome = simplify_mesh(left, report.tolerance / stretch, local, with_layout=with_layout, progress=progress)
+        if small:
+            outcome.before = counted(mesh, local)
+            outcome.dropped = small + outcome.dropped
         outcomes.append(outcome)
         _tell(report, mesh, outcome, stretch)
         for part in mesh.parts:
@@ -191,6 +201,20 @@ def simplify_meshes(
     report.after.watertight = all(outcome.after.watertight for outcome in outcomes)
     report.seconds = time.perf_counter() - start
     return outcomes, report
+
+
+def _without_small(
+    scene: Scene, options: Options, report: Report
+) -> tuple[list[Mesh], list[list[Dropped]]]:
+    """Meshes without components smaller than `min_part`, and what went; tells of what stays although it is as small."""
+    if options.min_part == 0.0:
+        return scene.meshes, [[] for _ in scene.meshes]
+    meshes, dropped, staying = without_small(scene.meshes, options)
+    if staying:
+        words = "component smaller than {} stays" if staying == 1 else "components smaller than {} stay"
+        smaller = words.format(f"{options.min_part:g}")
+        report.warnings.append(f"{staying:,} {smaller}, since parts that are passed on are left alone")
+    return meshes, dropped
 
 
 def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
@@ -209,9 +233,18 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
     report.reasons = dict(Counter(report.reasons) + Counter(outcome.reasons))
     report.healed += outcome.healed
     report.touching += outcome.touching
+    report.dropped += [_in_words(one, mesh) for one in outcome.dropped]
     report.turned += outcome.turned
     report.degenerate += outcome.degenerate
     report.duplicate += outcome.duplicate
+
+
+def _in_words(dropped: Dropped, mesh: Mesh) -> DroppedPart:
+    """What went, by the name of its part and in world space."""
+    corners = np.array(list(itertools.product(*dropped.box.T)))
+    world = placed(corners, mesh.transforms[0]) if len(mesh.transforms) else corners
+    box = [world.min(axis=0).tolist(), world.max(axis=0).tolist()]
+    return DroppedPart(mesh.parts[dropped.part].name, dropped.triangles, box, dropped.reason)
 
 
 def _tolerance_of(given: Any) -> Tolerance:

@@ -81,6 +81,25 @@ class TestSimplify:
         assert "watertight" in summary
         assert names(tmp_path) == ["house.obj", "out.glb", "report.json"]
 
+    def test_what_goes_as_a_whole_is_told(self, tmp_path: Path) -> None:
+        shapes = {"wall": box(4.0), "panel": box(1.0, 0.02), "speck": box(0.1, 9.0)}
+        text, start = "", 1
+        for name, (points, faces) in shapes.items():
+            text += f"o {name}\n" + obj_text(points, faces, start=start)
+            start += len(points)
+        source, report = write(tmp_path / "in.obj", text), tmp_path / "report.json"
+        options = ["--tolerance", "1.2", "--min-part", "0.2", "--report", report]
+        result = run("simplify", source, tmp_path / "out.obj", *options)
+        assert result.returncode == 0
+        assert_box(tmp_path / "out.obj", "obj")
+        dropped = json.loads(report.read_text())["dropped"]
+        assert [(one["part"], one["triangles"], one["reason"]) for one in dropped] == [
+            ("speck", 12, "smaller_than_min_part"), ("panel", 12, "within_tolerance"),
+        ]  # fmt: skip
+        summary = result.stderr.decode()
+        assert "dropped    1 component within the tolerance of what remains: panel\n" in summary
+        assert "dropped    1 component smaller than asked for, which the deviation does not count: speck\n" in summary
+
     def test_pipes(self, house: Path) -> None:
         result = run("simplify", "-", "-", "--from", "obj", "--to", "ply", stdin=house.read_bytes())
         assert result.returncode == 0
@@ -170,6 +189,9 @@ class TestWrongUsage:
             (["none.obj", "out.obj", "--tolerance", "inf%"], "--tolerance"),
             (["none.obj", "out.obj", "--tolerance", "much"], "--tolerance"),
             (["none.obj", "out.obj", "--weld", "-0.1"], "--weld"),
+            (["none.obj", "out.obj", "--min-part", "-0.1"], "--min-part"),
+            (["none.obj", "out.obj", "--min-part", "inf"], "--min-part"),
+            (["none.obj", "out.obj", "--min-part", "1%"], "--min-part"),
             (["none.obj", "out.obj", "--normals", "pretty"], "pretty"),
             (["none.obj", "out.obj", "--no-such-option"], "--no-such-option"),
             (["none.obj", "out.obj", "-q", "-v"], "exclude"),

@@ -414,6 +414,26 @@ class TestPatch:
         light_one = glb_parts(after)[0]["meshes"][0]["primitives"][1]
         assert len(glb_values(after, light_one["attributes"]["POSITION"])) == 8
 
+    def test_a_mesh_that_goes_as_a_whole_leaves_its_nodes(self, tmp_path: Path) -> None:
+        document = Gltf()
+        document.mesh(document.box(fine=True), name="house")
+        speck = document.mesh(document.box(size=0.1), node={"name": "speck", "children": [2]}, name="speck")
+        document.mesh(document.box(size=2.5, shift=10.0), name="shed")
+        document.json["scenes"][0]["nodes"].pop()
+        where = document.accessor(np.array([[0, 0, 5.0], [0, 0, 6]]))
+        document.json["nodes"].append({"mesh": speck, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {
+            "TRANSLATION": where}}}})  # fmt: skip
+        document.json["scenes"][0]["nodes"].append(3)
+        _, after = light(document.glb(), tmp_path / "out.glb", Options(min_part=0.2))
+        json_, binary = glb_parts(after)
+        assert [mesh["name"] for mesh in json_["meshes"]] == ["house", "shed"]
+        assert json_["nodes"] == [{"mesh": 0}, {"name": "speck", "children": [2]}, {"mesh": 1}, {}]
+        assert len(json_["accessors"]) == 4
+        assert len(read(after, "glb").meshes) == 2
+        whole = light(document.glb(), tmp_path / "all.glb")[1]
+        assert len(glb_parts(whole)[0]["meshes"]) == 3
+        assert len(binary) < len(glb_parts(whole)[1])
+
     @pytest.mark.parametrize("interleaved", [False, True])
     def test_a_shared_view_keeps_only_what_is_still_used(self, tmp_path: Path, interleaved: bool) -> None:
         document = Gltf()

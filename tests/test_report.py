@@ -11,7 +11,7 @@ import pytest
 
 from bldsimp import Report
 from bldsimp.inspect import Inspection, MeshInspection
-from bldsimp.report import SCHEMA, Counts, PassedOn, summary
+from bldsimp.report import SCHEMA, Counts, DroppedPart, PassedOn, summary
 
 DOCUMENT = (Path(__file__).resolve().parents[1] / "docs" / "report.md").read_text()
 
@@ -88,6 +88,20 @@ def test_the_baseline_and_rounding_are_told() -> None:
     text = summary(report(baseline=850, rounding=1e-6, deviation=0.005001))
     assert "fast-simplification needs 850 points for the same deviation (8.5 times as many)" in text
     assert "of which 1e-06 is rounding on writing" in text
+
+
+def test_what_went_as_a_whole_is_told_by_part() -> None:
+    def of(name: str, reason: str = "within_tolerance") -> DroppedPart:
+        return DroppedPart(name, 12, [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]], reason)
+
+    assert "dropped" not in summary(report())
+    few = summary(report(dropped=[of("sill"), of("door"), of("sill"), of("aerial", "smaller_than_min_part")]))
+    assert "dropped    3 components within the tolerance of what remains: sill (2), door\n" in few
+    assert "dropped    1 component smaller than asked for, which the deviation does not count: aerial\n" in few
+    many = summary(report(dropped=[of(f"part {i}") for i in range(13)]))
+    assert "13 components within the tolerance of what remains: part 0, part 1," in many
+    assert "part 9 and 3 more parts\n" in many
+    assert "part 10" not in many
 
 
 def test_names_cannot_forge_lines() -> None:

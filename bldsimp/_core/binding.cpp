@@ -8,6 +8,7 @@
 #include <optional>
 #include <tuple>
 
+#include "bodies.hpp"
 #include "cdt.hpp"
 #include "collapse.hpp"
 #include "conform.hpp"
@@ -21,6 +22,7 @@
 #include "predicates.hpp"
 #include "retriangulate.hpp"
 #include "rows.hpp"
+#include "spare.hpp"
 #include "thin.hpp"
 #include "weld.hpp"
 
@@ -151,6 +153,28 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(component));
       },
       "faces"_a, "point_count"_a);
+  m.def(
+      "find_bodies",
+      [](Points3 points, Faces3 faces) {
+        Array<Index> body;
+        {
+          nb::gil_scoped_release release;
+          body = find_bodies(rows<Vec3>(points), rows<Face>(faces));
+        }
+        return give<Index>(std::move(body));
+      },
+      "points"_a, "faces"_a);
+  m.def(
+      "find_spare",
+      [](Points3 points, Faces3 faces, Indices body, Bytes pinned, double limit) {
+        std::vector<std::uint8_t> spare;
+        {
+          nb::gil_scoped_release release;
+          spare = find_spare(rows<Vec3>(points), rows<Face>(faces), flat(body), flat(pinned), limit);
+        }
+        return give<std::uint8_t>(std::move(spare));
+      },
+      "points"_a, "faces"_a, "body"_a, "pinned"_a, "limit"_a);
   m.def(
       "pair_halfedges",
       [](Points3 points, Faces3 faces, const RowArrays* face_rows, double width) {
@@ -324,6 +348,7 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
+  nb::class_<Progress>(m, "Progress").def(nb::init<>()).def_prop_ro("gone", [](const Progress& p) { return p.gone.load(); });
   nb::class_<Collapsed> collapsed(m, "Collapsed");
   def_view<double>(collapsed, "points", &Collapsed::points);
   def_view<Index>(collapsed, "triangles", &Collapsed::triangles);
@@ -336,12 +361,13 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "collapse",
       [](Points3 points, Faces3 surface, Indices label, Bytes pinned, Bytes left_out, double tolerance, int decimals,
-         bool single) {
+         bool single, Progress* progress) {
         nb::gil_scoped_release release;
         return collapse({rows<Vec3>(points), rows<Face>(surface), flat(label), flat(pinned), flat(left_out),
-                         tolerance, decimals, single});
+                         tolerance, decimals, single, progress});
       },
-      "points"_a, "surface"_a, "label"_a, "pinned"_a, "left_out"_a, "tolerance"_a, "decimals"_a, "single"_a);
+      "points"_a, "surface"_a, "label"_a, "pinned"_a, "left_out"_a, "tolerance"_a, "decimals"_a, "single"_a,
+      "progress"_a = nb::none());
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,

@@ -150,8 +150,9 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
   const auto label = taken(input.label, sources);
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
-  block.result = Collapser({points, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
-                            input.decimals, input.single})
+  const std::vector<std::uint8_t> none(faces.size(), 0);
+  block.result = Collapser({points, faces, label, none, points, faces, label, pinned, stays, beside, input.tolerance,
+                            input.decimals, input.single, input.progress})
                      .run();
 }
 
@@ -221,13 +222,14 @@ void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
 
 Collapsed collapse(const CollapseInput& input) {
   Now now = whole(input);
+  const bool fewer = now.faces.size() < input.surface.size();
   Collapsed total;
   collapse_blocks(input, now, total);
   const auto label = taken<Index>(input.label, now.source);
   const auto pinned = taken<std::uint8_t>(input.pinned, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
-  const Left left{input.points, input.surface, input.label,  now.points,      now.faces,   label,
-                  pinned,       none,          {},           input.tolerance, input.decimals, input.single};
+  const Left left{input.points, input.surface, input.label, input.left_out,  now.points,     now.faces,   label,
+                  pinned,       none,          {},          input.tolerance, input.decimals, input.single, input.progress};
   Collapser collapser(left);
   Collapsed result = collapser.run();
   for (Index& f : result.source) f = now.source[f];
@@ -235,7 +237,7 @@ Collapsed collapse(const CollapseInput& input) {
   result.accepted += total.accepted;
   result.moved += total.moved;
   result.holder = collapser.holders();
-  if (result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
+  if (fewer || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
   return result;
 }
 

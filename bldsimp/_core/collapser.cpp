@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <set>
 #include <unordered_map>
 
 #include "edges.hpp"
@@ -46,6 +45,10 @@ Face sorted(Face f) {
 }
 
 bool has(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
+
+Index third(const Face& f, Index p, Index q) {
+  return *std::find_if(f.begin(), f.end(), [&](Index r) { return r != p && r != q; });
+}
 
 Face replaced(Face f, Index from, Index to) {
   for (Index& p : f)
@@ -170,10 +173,20 @@ void Collapser::find_borders() {
   std::stable_sort(edges_.begin(), edges_.end(), [](const Edge& e, const Edge& f) { return e.kind < f.kind; });
   for (std::size_t e = 0; e < edges_.size(); ++e)
     for (const Index p : edges_[e].ends) rim_[p].push_back(static_cast<Index>(e));
-  const Single whole = without_copies(input_.surface);
-  const auto own = borders(whole.faces, points_.size(), labels_of(whole, input_.surface_label));
+  std::vector<Face> kept;
+  std::vector<Index> kept_label;
+  for (std::size_t f = 0; f < input_.surface.size(); ++f) {
+    if (input_.left_out[f]) continue;
+    kept.push_back(input_.surface[f]);
+    kept_label.push_back(input_.surface_label[f]);
+  }
+  const Single whole = without_copies(kept);
+  const auto own = borders(whole.faces, points_.size(), labels_of(whole, kept_label));
   for (int kind = 0; kind < 2; ++kind) {
-    const auto now = flat_faces(edges_, kind), before = flat_faces(own, kind);
+    const auto now = flat_faces(edges_, kind);
+    auto before = flat_faces(own, kind);
+    // Those between shared points stay, and may be borders here only.
+    std::erase_if(before, [&](const Face& edge) { return input_.shared[edge[0]] && input_.shared[edge[1]]; });
     if (kind == 0) first_edge_[1] = static_cast<Index>(now.size());
     if (kind == 0) rims_ = before;
     edge_tree_[kind].emplace(origin_, before);
@@ -181,17 +194,39 @@ void Collapser::find_borders() {
   }
 }
 
-// Points stay where chains of borders meet or end, and where nothing is proven.
-void Collapser::fix_points() {
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const auto& rim = rim_[p];
-    std::set<Labels> here, along;
-    for (const Index f : star_[p]) here.insert(labels_[f]);
-    if (rim.size() == 2 && edges_[rim[0]].labels == edges_[rim[1]].labels)
-      along.insert(edges_[rim[0]].labels.begin(), edges_[rim[0]].labels.end());
-    // Sheets of other labels that only touch here would leave the points of their part.
-    fixed_[p] = (rim.empty() ? here.size() > 1 : here != along) || input_.shared[p];
+// Whether a point lies inside of one sheet or of one chain of borders: the faces around it, each joined to the next
+// where no border parts them, are one ring, or all of them lead from one border edge to the other.
+bool Collapser::smooth(Index p) const {
+  const auto& rim = rim_[p];
+  if (!rim.empty() && (rim.size() != 2 || edges_[rim[0]].labels != edges_[rim[1]].labels)) return false;
+  std::vector<std::array<Index, 2>> spokes;  // {other end, face}
+  for (const Index f : star_[p])
+    for (const Index q : faces_[f])
+      if (q != p) spokes.push_back({q, f});
+  std::sort(spokes.begin(), spokes.end());
+  const auto other_end = [&](Index e) { return edges_[e].ends[edges_[e].ends[0] == p]; };
+  const Index first = rim.empty() ? spokes[0][0] : other_end(rim[0]), last = rim.empty() ? first : other_end(rim[1]);
+  std::size_t seen = 0;
+  for (const auto& [start, leaving] : spokes) {
+    if (start != first || (rim.empty() && seen > 0)) continue;
+    Index q = start, f = leaving;
+    for (;;) {
+      ++seen;
+      q = third(faces_[f], p, q);
+      if (q == last) break;
+      if (edge_between(p, q) >= 0) return false;
+      const auto at = std::lower_bound(spokes.begin(), spokes.end(), std::array<Index, 2>{q, 0});
+      f = (*at)[1] == f ? (*(at + 1))[1] : (*at)[1];
+    }
   }
+  return seen == star_[p].size();
+}
+
+// Points stay where chains of borders meet or end, where sheets touch, where others need them, and where nothing is
+// proven.
+void Collapser::fix_points() {
+  for (std::size_t p = 0; p < points_.size(); ++p)
+    fixed_[p] = input_.shared[p] || (!star_[p].empty() && !smooth(static_cast<Index>(p)));
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const bool stays = input_.pinned[single_.index[f]] || (single_.copy[f] >= 0 && input_.pinned[single_.copy[f]]);
     if (stays)
@@ -403,6 +438,7 @@ bool Collapser::forward_edge() {
   for (const Index e : beside) {
     if (edges_[e].kind != kind || std::find(old.begin(), old.end(), e) != old.end()) continue;
     const auto [p, q] = edges_[e].ends;
+    if (input_.shared[p] && input_.shared[q]) continue;
     holders.push_back({e - first, {points_[p], points_[q], points_[q]}});
   }
   for (Index& e : old) e -= first;
@@ -483,6 +519,7 @@ bool Collapser::pop_all() {
       continue;
     }
     ++result_.accepted;
+    if (input_.progress) ++input_.progress->gone;
     commit();
     apply_collapse();
   }
@@ -632,17 +669,9 @@ double Collapser::deviation(const Collapsed& result) const {
   const Single single = without_copies(faces);
   const std::vector<Labels> none(single.faces.size());
   const auto rim = flat_faces(borders(single.faces, points_.size(), none), 0);
-  // A border that moves is held to the limit; one beyond it closed, or opened, before.
-  const auto held = [&](std::span<const Vec3> points, std::span<const Face> edges, const FaceTree& other) {
-    std::vector<Face> near;
-    std::copy_if(edges.begin(), edges.end(), std::back_inserter(near), [&](const Face& edge) {
-      return other.holds({points[edge[0]], points[edge[1]], points[edge[2]]}, limit_);
-    });
-    return farthest(points, near, other, precision);
-  };
   return std::max({farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
-                   farthest(points_, faces, *tree_, precision), held(origin_, rims_, FaceTree(points_, rim)),
-                   held(points_, rim, *edge_tree_[0])});
+                   farthest(points_, faces, *tree_, precision), farthest(origin_, rims_, FaceTree(points_, rim), precision),
+                   farthest(points_, rim, *edge_tree_[0], precision)});
 }
 
 }  // namespace bldsimp

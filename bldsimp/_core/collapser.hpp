@@ -21,6 +21,7 @@ struct Left {
   std::span<const Vec3> points;          // of the surface
   std::span<const Face> surface;
   std::span<const Index> surface_label;
+  std::span<const std::uint8_t> left_out;  // faces of the surface whose borders nobody keeps
   std::span<const Vec3> positions;       // of what is left
   std::span<const Face> faces;
   std::span<const Index> label;
@@ -30,6 +31,7 @@ struct Left {
   double tolerance;
   int decimals;
   bool single;
+  Progress* progress;
 };
 
 class Collapser {
@@ -84,6 +86,7 @@ class Collapser {
 
   Corners corners(const Face& f) const { return {points_[f[0]], points_[f[1]], points_[f[2]]}; }
   void find_borders();
+  bool smooth(Index p) const;
   void fix_points();
   void add_quadrics();
   void push_from(Index a);

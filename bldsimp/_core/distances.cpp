@@ -94,6 +94,31 @@ double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, doubl
   return bound;
 }
 
+FaceTree::Held FaceTree::held(const std::array<Vec3, 3>& piece, double longest, double limit, Index& place) const {
+  const auto holds = [&](Index i) {
+    return std::all_of(piece.begin(), piece.end(), [&](const Vec3& p) { return triangles_[i].within(p, limit); });
+  };
+  if (holds(place)) return Held::whole;
+  const Vec3 middle = (1.0 / 3) * (piece[0] + piece[1] + piece[2]);
+  Held found = Held::nowhere;
+  // A face that holds the whole piece is not much shorter than it.
+  const double shortest = longest - 2 * limit;
+  tree_.visit(
+      middle,
+      [&](const BoxNode& box) {
+        return found != Held::whole && (found == Held::nowhere || box.longest >= shortest) &&
+               box.squared_distance(middle) <= limit * limit;
+      },
+      [&](Index i) {
+        if (found == Held::whole || !triangles_[i].within(middle, limit)) return;
+        found = Held::middle;
+        if (!holds(i)) return;
+        found = Held::whole;
+        place = i;
+      });
+  return found;
+}
+
 // Halves a triangle until each piece is within the limit of one face, and goes down the tree with it: only what is
 // near a piece is looked at for its halves.
 class FaceTree::Holding {

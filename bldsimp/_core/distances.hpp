@@ -47,6 +47,11 @@ class FaceTree {
   // than a small share of `limit` would have to tell.
   bool holds(const std::array<Vec3, 3>& triangle, double limit) const;
 
+  // Whether one face is within the limit of a whole piece, or some face of its middle at least. `place` is where in
+  // the tree it is, and a guess before.
+  enum class Held { nowhere, middle, whole };
+  Held held(const std::array<Vec3, 3>& piece, double longest, double limit, Index& place) const;
+
  private:
   class Holding;
 

@@ -56,6 +56,13 @@ def bldsimp() -> None:
     help="Join points nearer than this, in model units.  [default: 0, exactly equal points only]",
 )
 @click.option(
+    "--min-part",
+    default="0",
+    metavar="LENGTH",
+    help="Drop components whose box has a smaller diagonal than this, in model units: antennas, specks. They go"
+    " beyond the tolerance, and the printed deviation does not count them.  [default: 0, none]",
+)
+@click.option(
     "--normals",
     type=click.Choice(NORMALS),
     default="auto",
@@ -83,6 +90,7 @@ def simplify(
     target: str,
     tolerance: str,
     weld: str,
+    min_part: str,
     normals: str,
     drop_attributes: bool,
     report: str | None,
@@ -102,6 +110,7 @@ def simplify(
     options = Options(
         tolerance=_option("--tolerance", parse_tolerance, tolerance),
         weld=_option("--weld", parse_length, weld),
+        min_part=_option("--min-part", parse_length, min_part),
         normals=normals,
         drop_attributes=drop_attributes,
         baseline=baseline,
@@ -153,10 +162,12 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
     from ..io.target import replace_files
     from ..report import one_line, summary
     from ..simplified import simplify_scene
+    from .progress import watched
 
     scene = read(read_from.data(), read_from.format)
     after_read = time.perf_counter()
-    lights, report = simplify_scene(scene, options)
+    points = sum(len(mesh.used_points) for mesh in scene.meshes)
+    lights, report = watched(lambda progress: simplify_scene(scene, options, progress), points, quiet=wishes.quiet)
     if options.baseline:
         from ..baseline import baseline_points
 

@@ -21,8 +21,10 @@ from .gltf import Document
 from .gltf_body import Body, pack_views, view_json
 from .gltf_read import HARMLESS, GltfMesh, Primitive, Rows
 from .gltf_references import (
+    INSTANCING,
     accessor_slots,
     accessor_view_slots,
+    instancing_slots,
     primitive_slots,
     unknown_extensions,
     view_slots,
@@ -51,8 +53,11 @@ def patched(
     body, bare = Body(), _BareMaterials(json_)
     replaced: set[int] = set()
     vertices = 0
-    for mesh, light in zip(scene.meshes, lights, strict=True):
-        vertices += _replace_mesh(document, json_, body, mesh, light, options, replaced, bare)
+    # A document must show something: without any triangle it stays as it is.
+    if any(len(light.faces) for light in lights):
+        for mesh, light in zip(scene.meshes, lights, strict=True):
+            vertices += _replace_mesh(document, json_, body, mesh, light, options, replaced, bare)
+        _remove_meshes(json_, {mesh.source.index for mesh in scene.meshes}, replaced)
     if replaced and unknown_extensions(json_):
         names = ", ".join(unknown_extensions(json_))
         warnings.append(f"extensions that bldsimp does not know were kept as they are: {names}")
@@ -216,11 +221,30 @@ def _without_textures(value: Any) -> Any:
 
 
 def _remove(primitives: list[dict[str, Any]], numbers: list[int], replaced: set[int]) -> None:
-    """Take primitives without triangles away; a glTF mesh must keep one."""
+    """Take primitives without triangles away."""
     for number in sorted(numbers, reverse=True):
-        if len(primitives) > 1:
-            replaced.update(container[key] for container, key in primitive_slots(primitives[number]))
-            del primitives[number]
+        replaced.update(container[key] for container, key in primitive_slots(primitives[number]))
+        del primitives[number]
+
+
+def _remove_meshes(json_: dict[str, Any], numbers: set[int], replaced: set[int]) -> None:
+    """Take meshes without primitives away; nodes that placed them stay, and show nothing."""
+    meshes = json_.get("meshes", [])
+    left = [i for i, mesh in enumerate(meshes) if i not in numbers or mesh["primitives"]]
+    if len(left) == len(meshes):
+        return
+    json_["meshes"] = [meshes[i] for i in left]
+    place = {old: new for new, old in enumerate(left)}
+    for node in json_.get("nodes", []):
+        if node.get("mesh") in place:
+            node["mesh"] = place[node["mesh"]]
+        elif "mesh" in node:
+            replaced.update(container[key] for container, key in instancing_slots(node))
+            for key in ("mesh", "skin", "weights"):
+                node.pop(key, None)
+            node.get("extensions", {}).pop(INSTANCING, None)
+            if not node.get("extensions", True):
+                del node["extensions"]
 
 
 def _settle(document: Document, json_: dict[str, Any], body: Body, replaced: set[int]) -> bytes:

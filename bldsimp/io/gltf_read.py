@@ -12,6 +12,7 @@ from ..errors import InputError
 from ..number_format import number_format
 from ..scene import LARGEST_COORDINATE, Mesh, Part, check_finite
 from .gltf import Document, refuse_packed
+from .gltf_references import INSTANCING
 from .surface import Material
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -270,7 +271,7 @@ def _roots(document: Document) -> list[int]:
 
 def _gpu_instances(document: Document, node: dict[str, Any]) -> list[NDArray[np.float64]]:
     """Transforms that EXT_mesh_gpu_instancing gives a node; the identity where it has none."""
-    accessors = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
+    accessors = node.get("extensions", {}).get(INSTANCING, {}).get("attributes", {})
     known = {
         key.lower(): document.numbers(accessors[key])
         for key in ("TRANSLATION", "ROTATION", "SCALE")

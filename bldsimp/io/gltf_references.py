@@ -8,10 +8,12 @@ from typing import Any
 Slot = tuple[Any, Any]
 """A container and the key or index in it that holds a number."""
 
+INSTANCING = "EXT_mesh_gpu_instancing"
+
 _HARMLESS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_node_", "KHR_xmp")
 _KNOWN = {
     "KHR_mesh_quantization",
-    "EXT_mesh_gpu_instancing",
+    INSTANCING,
     "EXT_mesh_features",
     "EXT_structural_metadata",
     "CESIUM_primitive_outline",
@@ -41,7 +43,12 @@ def accessor_slots(json_: dict[str, Any]) -> Iterator[Slot]:
             yield from _one(sampler, "input")
             yield from _one(sampler, "output")
     for node in json_.get("nodes", []):
-        yield from _all(node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {}))
+        yield from instancing_slots(node)
+
+
+def instancing_slots(node: dict[str, Any]) -> Iterator[Slot]:
+    """The places of the instances of one node."""
+    yield from _all(node.get("extensions", {}).get(INSTANCING, {}).get("attributes", {}))
 
 
 def primitive_slots(primitive: dict[str, Any]) -> Iterator[Slot]:
