@@ -39,7 +39,7 @@ struct Oriented : Triangle {
   Vec3 first, second, normal;
 };
 
-// Sides on which the corners of a triangle lie of a plane. What `told` does not cover is not known yet.
+// On which sides of a plane the corners of a triangle lie, as far as that is known.
 struct Sides {
   std::array<int, 3> sign{};
   std::array<bool, 3> known{};
@@ -113,17 +113,17 @@ bool overlap_in_plane(const Triangle& f, const Triangle& g) {
   return false;
 }
 
-// The piece that a triangle cuts out of the line in which its plane meets another: from the corner that is alone on
-// its side of that plane, two sides lead to the ends.
-struct Piece {
-  Piece(const Triangle& t, const Sides& sides) {
+// What a triangle cuts out of the line in which its plane meets another: from the corner that is alone on its side of
+// that plane, two sides lead to the ends.
+struct Cut {
+  Cut(const Triangle& t, const Sides& sides) {
     const auto& sign = sides.sign;
     side = std::count(sign.begin(), sign.end(), 1) == 1 ? 1 : -1;
     const int i = sign[0] == side ? 0 : sign[1] == side ? 1 : 2, j = (i + 1) % 3, k = (i + 2) % 3;
     tip = t.at[i];
-    left = {t.face[j], t.at[j]};
-    right = {t.face[k], t.at[k]};
-    if (side < 0) std::swap(left, right);
+    first = {t.face[j], t.at[j]};
+    last = {t.face[k], t.at[k]};
+    if (side < 0) std::swap(first, last);
   }
 
   struct End {
@@ -132,19 +132,19 @@ struct Piece {
   };
   int side;
   Vec3 tip;
-  End left, right;  // as seen along the normal of the other plane
+  End first, last;  // the other triangle has its own the other way round, since its normal and this one's change places
 };
 
-// For two triangles that both reach through the other's plane.
-bool pieces_overlap(const Piece& f, const Piece& g) {
-  // < 0 where the end of f comes before that of g on the line.
-  const auto order = [&](const Piece::End& a, const Piece::End& b) {
+// Of two triangles that both reach through the other's plane.
+bool overlap(const Cut& f, const Cut& g) {
+  // > 0 where the end of f comes before that of g, going from the first end of f to its last.
+  const auto order = [&](const Cut::End& a, const Cut::End& b) {
     return a.index == b.index ? 0 : f.side * g.side * orient3d(f.tip, a.at, g.tip, b.at);
   };
-  return order(f.right, g.right) < 0 && order(f.left, g.left) > 0;
+  return order(f.first, g.first) > 0 && order(f.last, g.last) < 0;
 }
 
-bool cross_each_other(const Oriented& f, const Triangle& other) {
+bool crosses(const Oriented& f, const Triangle& other) {
   if (std::all_of(f.face.begin(), f.face.end(), [&](Index p) { return contains(other.face, p); })) return false;
   Sides of_g = plain_sides(f, other);
   if (of_g.all_known() && !of_g.both() && !of_g.none()) return false;
@@ -156,15 +156,13 @@ bool cross_each_other(const Oriented& f, const Triangle& other) {
     find_sides(f, g, of_g);
     find_sides(g, f, of_f);
   }
-  if (of_f.both() && of_g.both()) return pieces_overlap({f, of_f}, {g, of_g});
+  if (of_f.both() && of_g.both()) return overlap(Cut(f, of_f), Cut(g, of_g));
   return of_f.none() && of_g.none() && overlap_in_plane(f, g);
 }
 
 Triangle triangle(std::span<const Vec3> points, const Face& f) { return {f, {points[f[0]], points[f[1]], points[f[2]]}}; }
 
 }  // namespace
-
-bool crosses(const Triangle& f, const Triangle& g) { return cross_each_other(Oriented(f), g); }
 
 std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces,
                                                  std::span<const std::uint8_t> wanted) {
@@ -185,7 +183,7 @@ std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, s
           const Oriented own(triangle(points, faces[order[i]]));
           tree.visit(boxes[i], [&](Index k) {
             const bool first = k > i || !wanted[order[k]];
-            if (first && boxes[k].meets(boxes[i]) && cross_each_other(own, triangle(points, faces[order[k]])))
+            if (first && boxes[k].meets(boxes[i]) && crosses(own, triangle(points, faces[order[k]])))
               found[i / kBlock].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
             return true;
           });
@@ -244,7 +242,7 @@ class Crossings::Before {
   bool each_other() const {
     for (std::size_t i = 0; i < own_.size(); ++i)
       for (std::size_t j = 0; j < i; ++j)
-        if (cross_each_other(own_[i], own_[j])) return true;
+        if (crosses(own_[i], own_[j])) return true;
     return false;
   }
 
@@ -266,7 +264,7 @@ class Crossings::Before {
   bool crossed(const Triangle& t, const Box& box) const {
     if (!box.meets(all_)) return false;
     for (std::size_t i = 0; i < own_.size(); ++i)
-      if (boxes_[i].meets(box) && cross_each_other(own_[i], t)) return true;
+      if (boxes_[i].meets(box) && crosses(own_[i], t)) return true;
     return false;
   }
 
@@ -289,10 +287,10 @@ bool Crossings::made(std::span<const Index> old, std::span<const Index> around, 
   const auto look_back = [&]() -> Before& { return before ? *before : before.emplace(*this, old, around); };
   for (std::size_t i = 0; i < come.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      if (cross_each_other(come[i], come[j]) && !look_back().each_other()) return true;
+      if (crosses(come[i], come[j]) && !look_back().each_other()) return true;
   return !visit(all, old, [&](Index slot, const Triangle& t, const Box& box) {
     for (std::size_t i = 0; i < come.size(); ++i)
-      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return slot < own_ && look_back().at(t, box);
+      if (boxes[i].meets(box) && crosses(come[i], t)) return slot < own_ && look_back().at(t, box);
     return true;
   });
 }

@@ -17,13 +17,12 @@ struct Triangle {
   std::array<Vec3, 3> at;
 };
 
-// Whether some point is inside of both triangles, where sides and corners are not inside. So a wall may stand on
+// All pairs of faces that cross of which one is wanted, the lower index first, in rising order. Exact. O((n + k) log n)
+// where boxes of faces tell most of them apart, on all cores; the same with any number of them.
+//
+// Two triangles cross where some point is inside of both; sides and corners are not inside. So a wall may stand on
 // a slab, and a corner lie on a wall; but faces of one plane may not overlap, nor faces at one edge lie folded on one
-// another. A triangle without area has no inside, and two with the same three corners are one. Exact.
-bool crosses(const Triangle& f, const Triangle& g);
-
-// All pairs of faces that cross of which one is wanted, the lower index first, in rising order. O((n + k) log n) where
-// boxes of faces tell most of them apart, on all cores; the same with any number of them.
+// another. A triangle without area has no inside, and two with the same three corners are one.
 std::vector<std::array<Index, 2>> find_crossings(std::span<const Vec3> points, std::span<const Face> faces,
                                                  std::span<const std::uint8_t> wanted);
 

@@ -213,9 +213,9 @@ Collapser::Refused Collapser::refusal() {
   if (!backward_edge()) return Refusal::border;
   if (!backward_at_places()) return Refusal::backward;
   if (!forward_edge()) return Refusal::border;
+  if (crossings_->made(now_.old, now_.around, changes())) return Refusal::crossing;
   if (!forward()) return Refusal::forward;
   if (!backward()) return Refusal::backward;
-  if (crossings_->made(now_.old, now_.around, changes())) return Refusal::crossing;
   return {};
 }
 
