@@ -152,7 +152,7 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
   const auto stays = taken(shared, block.points);
   const std::vector<std::uint8_t> none(faces.size(), 0);
   block.result = Collapser({points, faces, label, none, points, faces, label, pinned, stays, beside, input.tolerance,
-                            input.decimals, input.single})
+                            input.decimals, input.single, input.progress})
                      .run();
 }
 
@@ -240,7 +240,7 @@ Collapsed collapse(const CollapseInput& input) {
   const auto pinned = taken<std::uint8_t>(input.pinned, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
   const Left left{input.points, input.surface, input.label, input.left_out,  now.points,     now.faces,   label,
-                  pinned,       none,          {},          input.tolerance, input.decimals, input.single};
+                  pinned,       none,          {},          input.tolerance, input.decimals, input.single, input.progress};
   Collapser collapser(left);
   Collapsed result = collapser.run();
   for (Index& f : result.source) f = now.source[f];

@@ -523,6 +523,7 @@ bool Collapser::pop_all() {
       continue;
     }
     ++result_.accepted;
+    if (input_.progress) ++input_.progress->gone;
     commit();
     apply_collapse();
   }

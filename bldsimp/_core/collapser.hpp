@@ -32,6 +32,7 @@ struct Left {
   double tolerance;
   int decimals;
   bool single;
+  Progress* progress;
 };
 
 class Collapser {
