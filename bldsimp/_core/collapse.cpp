@@ -185,13 +185,24 @@ Joined joined(const Now& now, std::span<const Block> blocks) {
   return after;
 }
 
-// Blocks know others as they were. Where two have changed so that they cross, one is to stay; whether any is.
-bool part(const Joined& after, std::span<Block> blocks) {
+// Blocks know others as they were. Where two have changed so that they cross, or points of both came to one place, one
+// is to stay; whether any is.
+bool part(const Now& before, const Joined& after, std::span<Block> blocks) {
   bool any = false;
   for (const auto& [f, g] : find_crossings(after.now.points, after.now.faces, after.changed)) {
     if (after.block[f] == after.block[g] || !after.changed[f] || !after.changed[g]) continue;
     blocks[std::max(after.block[f], after.block[g])].stays = any = true;
   }
+  std::vector<std::pair<Vec3, Index>> places;  // of moved points, with their blocks
+  for (std::size_t f = 0; f < after.now.faces.size(); ++f)
+    for (const Index p : after.now.faces[f])
+      if (!(after.now.points[p] == before.points[p])) places.push_back({after.now.points[p], after.block[f]});
+  std::sort(places.begin(), places.end(), [](const auto& p, const auto& q) {
+    return p.first == q.first ? p.second < q.second : lexicographic_less(p.first, q.first);
+  });
+  for (std::size_t i = 1; i < places.size(); ++i)
+    if (places[i].first == places[i - 1].first && places[i].second != places[i - 1].second)
+      blocks[places[i].second].stays = any = true;
   return any;
 }
 
@@ -207,7 +218,7 @@ void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
       },
       1);
   Joined after = joined(now, blocks);
-  if (part(after, blocks)) after = joined(now, blocks);
+  if (part(now, after, blocks)) after = joined(now, blocks);
   for (const Block& block : blocks) {
     if (block.stays) continue;
     total.accepted += block.result.accepted;

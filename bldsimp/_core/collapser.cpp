@@ -51,6 +51,9 @@ Collapser::Collapser(const Left& input)
   tree_.emplace(origin_, input.surface);
   cover_.emplace(origin_, input.surface, points_, faces_, limit_);
   crossings_.emplace(result_.points, faces_, input.beside);
+  for (const auto& faces : {std::span<const Face>(faces_), input.beside})
+    for (const Face& f : faces)
+      for (const Index p : f) places_.insert(result_.points[p]);
   find_borders();
   fix_points();
   add_quadrics();
@@ -207,6 +210,7 @@ void Collapser::apply_collapse() {
     star_[b].push_back(made.slot);
   }
   star_[a].clear();
+  places_.erase(result_.points[a]);
   ++stamp_[a];
   quadric_[b].add(quadric_[a]);
   for (const Index p : now.ring) push_from(p);
@@ -297,10 +301,12 @@ bool Collapser::move(Index a) {
     if (far > limit_) to = from + limit_ / far * (to - from);
     const Vec3 stored = snapped(to);
     to = stored - middle_;
-    if (!(planes.at(from) - planes.at(to) > least * least * planes.weight())) continue;
+    if (!(planes.at(from) - planes.at(to) > least * least * planes.weight()) || places_.contains(stored)) continue;
     survey(a, -1, stored);
     if (refusal()) continue;
     commit();
+    places_.erase(result_.points[a]);
+    places_.insert(stored);
     points_[a] = to;
     result_.points[a] = stored;
     ++result_.moved;

@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <queue>
+#include <set>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -63,6 +64,9 @@ class Collapser {
     bool operator<(const Candidate& o) const {  // the least is on top of the queue
       return std::tie(o.cost, o.from, o.to) < std::tie(cost, from, to);
     }
+  };
+  struct Lower {
+    bool operator()(Vec3 p, Vec3 q) const { return lexicographic_less(p, q); }
   };
   struct Made {
     Index slot;
@@ -125,6 +129,8 @@ class Collapser {
   std::optional<Cover> cover_;
   std::array<std::optional<Cover>, 2> edge_cover_;
   Collapsed result_;
+  // Where points of the result are: one that moved to the place of another would be welded to it.
+  std::set<Vec3, Lower> places_;
   std::optional<Crossings> crossings_;  // of the result's points: about another origin they are rounded
 
   // The change that is looked at: a goes to b, or (b is -1) to where the target is.
