@@ -35,6 +35,12 @@ def oversample(surface: Surface, triangles: int) -> Surface:
     return Surface(_turned(surface.points).astype(np.float32).astype(np.float64), surface.faces)
 
 
+def noisy(surface: Surface, deviate: float) -> Surface:
+    """Every point moved by a normal deviate of so many model units along each axis, and rounded to single."""
+    moved = surface.points + np.random.default_rng(0).normal(0.0, deviate, surface.points.shape)
+    return Surface(moved.astype(np.float32).astype(np.float64), surface.faces)
+
+
 def _lengths(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
     """Length of the edge from each corner of a face to the next."""
     lengths: NDArray[np.float64] = np.linalg.norm(points[np.roll(faces, -1, axis=1)] - points[faces], axis=2)

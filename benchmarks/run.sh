@@ -5,11 +5,12 @@
 #
 # Wants bldsimp[bench] in the environment of PYTHON (default: that of setup.sh), and the third-party models in
 # BLDSIMP_MODELS or in ../shared/models beside the checkout. Arguments choose sections: block anchors ...
+# The section "tolerance" is done where BLDSIMP_JUDGE names a script that measures (see tolerance.py).
 set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-.venv/bin/python}
 models=${BLDSIMP_MODELS:-../shared/models}
-chosen=" ${*:-block triangulation anchors decimation startup models} "
+chosen=" ${*:-block triangulation anchors decimation tolerance normals startup models} "
 
 section() { # NAME TITLE SCRIPT ARGUMENT...
     case $chosen in *" $1 "*) ;; *) return 0 ;; esac
@@ -28,6 +29,10 @@ section block "Stages of the over-sampled block" block.py --stages --runs 3 "$mo
 section triangulation "The triangulation" triangulation.py
 section anchors "Points beside the best peer" anchors.py
 section decimation "Points that fast-simplification keeps" decimation.py
+if [ -n "${BLDSIMP_JUDGE:-}" ]; then
+    section tolerance "Wide tolerances" tolerance.py "$BLDSIMP_JUDGE"
+fi
+section normals "Walls that look like walls" normals.py
 section startup "From start to end" startup.py
 section models "Every model" models.py
 section models "Every model, textures and colours dropped" models.py --drop-attributes --tolerance auto

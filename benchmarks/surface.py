@@ -76,7 +76,7 @@ def deviation(before: Surface, after: Surface, samples: int = 20_000) -> float:
 def _one_way(source: Surface, target: Surface, samples: int) -> float:
     import igl
 
-    sought = np.concatenate([source.points, _spread(source, samples)])
+    sought = np.concatenate([source.points, spread(source, samples)[0]])
     points, faces = np.ascontiguousarray(target.points), np.ascontiguousarray(target.faces)
     nearest = faces[igl.point_mesh_squared_distance(sought, points, faces)[1]]
     exact = points.astype(np.longdouble)
@@ -108,11 +108,12 @@ def _dot(a: Exact, b: Exact) -> Exact:
     return np.asarray((a * b).sum(axis=1))
 
 
-def _spread(surface: Surface, samples: int) -> NDArray[np.float64]:
+def spread(surface: Surface, samples: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Samples by area, and the face of each; the same for the same surface."""
     rng = np.random.default_rng(1)
     a, b, c = (surface.points[surface.faces[:, i]] for i in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     chosen = rng.choice(len(area), samples, p=area / area.sum())
     s, t = np.sqrt(rng.random((samples, 1))), rng.random((samples, 1))
-    spread: NDArray[np.float64] = (1 - s) * a[chosen] + s * (1 - t) * b[chosen] + s * t * c[chosen]
-    return spread
+    points: NDArray[np.float64] = (1 - s) * a[chosen] + s * (1 - t) * b[chosen] + s * t * c[chosen]
+    return points, chosen

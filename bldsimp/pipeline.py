@@ -128,7 +128,12 @@ def _facet_after(first: Outcome, second: Outcome) -> Indices:
 
 
 def simplify_mesh(
-    mesh: Mesh, tolerance: float, options: Options = DEFAULTS, *, with_layout: bool = False
+    mesh: Mesh,
+    tolerance: float,
+    options: Options = DEFAULTS,
+    *,
+    with_layout: bool = False,
+    progress: _core.Progress | None = None,
 ) -> Outcome:
     """Simplify one mesh.
 
@@ -141,6 +146,8 @@ def simplify_mesh(
         `weld` (model units of the mesh's own frame) and `drop_attributes`.
     with_layout : bool
         Keep what another triangulation of the same facets needs.
+    progress : Progress, optional
+        Counts points that a wide tolerance drops, while it does.
 
     Returns
     -------
@@ -158,7 +165,7 @@ def simplify_mesh(
     if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
         return _lossless(mesh, tolerance, options, with_layout=with_layout)
     first = _lossless(mesh, fine, options)
-    second = _collapsed(_left(mesh, first), first, tolerance - first.deviation - fine, options)
+    second = _collapsed(_left(mesh, first), first, tolerance - first.deviation - fine, options, progress)
     done = first.followed_by(second)
     welded = dataclasses.replace(options, weld=0.0)
     return done.followed_by(_lossless(_left(mesh, done), fine, welded, with_layout=with_layout))
@@ -222,7 +229,9 @@ def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bo
     )
 
 
-def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -> Outcome:
+def _collapsed(
+    mesh: Mesh, first: Outcome, tolerance: float, options: Options, progress: _core.Progress | None
+) -> Outcome:
     """Edges collapsed, on a mesh that is what facets left; facets are those of the outcome that it is left of."""
     passed_on = _passed_on(mesh, options)
     welded = _core.weld(mesh.points, mesh.faces, 0.0)
@@ -237,7 +246,7 @@ def _collapsed(mesh: Mesh, first: Outcome, tolerance: float, options: Options) -
     left_out = np.concatenate([needless, np.zeros_like(beside, np.uint8)])
     found = _core.collapse(
         points, np.concatenate([faces, lids]), part[given], pinned[given], left_out, within, decimals, mesh.single,
-        len(lids),
+        len(lids), progress,
     )  # fmt: skip
     changed = found.accepted + found.moved > 0 or len(dropped) > 0 or closed > 0
     facet = facet_of_face[given[found.source]]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _core
 from .assembled import Rung
 from .dropped import Dropped, without_small
 from .errors import InputError
@@ -133,13 +134,17 @@ def simplify(mesh: Any, tolerance: float | str | Tolerance | None = None) -> Sim
     return Simplified(result, report, outcomes[0])
 
 
-def simplify_scene(scene: Scene, options: Options) -> tuple[list[Light], Report]:
+def simplify_scene(
+    scene: Scene, options: Options, progress: _core.Progress | None = None
+) -> tuple[list[Light], Report]:
     """Make every mesh of a scene light.
 
     Parameters
     ----------
     scene : Scene
     options : Options
+    progress : Progress, optional
+        See `simplify_mesh`.
 
     Returns
     -------
@@ -148,12 +153,12 @@ def simplify_scene(scene: Scene, options: Options) -> tuple[list[Light], Report]
     report : Report
         Without what writing adds: `rounding`, and `after`'s vertices and bytes.
     """
-    outcomes, report = simplify_meshes(scene, options)
+    outcomes, report = simplify_meshes(scene, options, progress=progress)
     return [outcome.light for outcome in outcomes], report
 
 
 def simplify_meshes(
-    scene: Scene, options: Options, *, with_layout: bool = False
+    scene: Scene, options: Options, *, with_layout: bool = False, progress: _core.Progress | None = None
 ) -> tuple[list[Outcome], Report]:
     """Make every mesh of a scene light, and tell all that is known of each.
 
@@ -161,7 +166,7 @@ def simplify_meshes(
     ----------
     scene : Scene
     options : Options
-    with_layout : bool
+    with_layout, progress
         See `simplify_mesh`.
 
     Returns
@@ -183,7 +188,7 @@ def simplify_meshes(
     for mesh, left, small in zip(scene.meshes, *_without_small(scene, options, report), strict=True):
         stretch = scale(mesh) or 1.0
         local = dataclasses.replace(options, weld=options.weld / stretch)
-        outcome = simplify_mesh(left, report.tolerance / stretch, local, with_layout=with_layout)
+        outcome = simplify_mesh(left, report.tolerance / stretch, local, with_layout=with_layout, progress=progress)
         if small:
             outcome.before = counted(mesh, local)
             outcome.dropped = small + outcome.dropped

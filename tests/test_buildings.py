@@ -118,16 +118,23 @@ def test_a_wide_tolerance_keeps_no_more_points_than_the_default(data: Path, name
     assert report.deviation <= report.tolerance
 
 
-def test_facets_tell_their_faces_at_a_wide_tolerance(data: Path) -> None:
+@pytest.mark.parametrize("tolerance", ["0.1%", "0.5%"])
+def test_every_face_is_told_with_one_facet(data: Path, tolerance: str) -> None:
+    mesh = load(data / "building_b.obj")
+    told = np.concatenate([facet.faces for facet in simplify(mesh, tolerance).facets])
+    assert len(told) == len(np.unique(told)) > 0.99 * len(mesh.faces)
+
+
+def test_facets_tell_their_faces_at_a_tolerance_that_leaves_them_flat(data: Path) -> None:
     mesh = load(data / "building_b.obj")
     light = simplify(mesh, "0.1%")
-    told = np.concatenate([facet.faces for facet in light.facets])
-    assert len(told) == len(np.unique(told)) > 0.99 * len(mesh.faces)
+    beyond = 0
     for facet in light.facets:
-        own = mesh.vertices[mesh.faces[facet.faces]].reshape(-1, 3)
-        heights = (own - light.mesh.vertices[facet.rings[0][0]]) @ facet.normal
+        own = mesh.vertices[mesh.faces[facet.faces]]
+        heights = np.abs((own - light.mesh.vertices[facet.rings[0][0]]) @ facet.normal).max(axis=1)
         # Faces that were flat together and are parted now go with one of the pieces.
-        assert np.abs(heights).max(initial=0.0) <= 2 * light.report.tolerance
+        beyond += np.count_nonzero(heights > light.report.tolerance)
+    assert beyond < 0.01 * len(mesh.faces)
 
 
 def test_files_stay_small(data: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import os
 import pty
 import re
@@ -23,7 +24,7 @@ from bldsimp import simplify
 from bldsimp.compare.comparison import VARIANTS, compare_file, method_names
 from bldsimp.compare.decimate import LEAST_TRIANGLES, Decimator, FastSimplification, Refused
 from bldsimp.compare.measure import Judge
-from bldsimp.compare.peers import PEERS, Peer, installed_peers
+from bldsimp.compare.peers import FINEST, PEERS, Peer, installed_peers
 from bldsimp.compare.row import COLUMNS, Comparison, Row
 from bldsimp.compare.surface import Surface, welded
 from bldsimp.compare.table import WIDTH, to_csv, to_text
@@ -155,6 +156,12 @@ class TestFairness:
         assert improved.border_made == 0
 
 
+def faces_apart(count: int) -> Surface:
+    """Faces that share no point."""
+    rows = np.arange(3 * count)
+    return welded(np.stack([rows, rows % 3, rows % 2], axis=1).astype(float), rows.reshape(-1, 3).astype(np.int32))
+
+
 class TestDecimator:
     def test_runs_are_shared_between_limits(self) -> None:
         points, faces = fine_box(12)
@@ -198,6 +205,21 @@ class TestDecimator:
         assert points <= len(found.surface.points) <= points + 1
         assert found.deviation == Judge(start).deviation(found.surface)
 
+    @pytest.mark.parametrize("points", [90, 300, 597])
+    def test_a_tool_that_takes_a_length_is_asked_for_points_too(self, points: int) -> None:
+        def longer_is_fewer(points, faces, target):
+            return points, faces[: round(len(faces) * math.log(target) / math.log(FINEST))]
+
+        found = Decimator(Judge(faces_apart(200)), longer_is_fewer, most=FINEST).at_points(points)
+        assert points <= len(found.surface.points) <= points + 3
+
+    def test_points_that_stay_the_same_for_many_targets_are_left_behind(self) -> None:
+        def stops_early(points, faces, target):
+            return points, faces[: max(target, 900)]
+
+        found = Decimator(Judge(faces_apart(20_000)), stops_early).at_points(2_730)
+        assert 2_730 <= len(found.surface.points) <= 2_760
+
     def test_no_fewer_points_than_the_tool_gives(self) -> None:
         start = welded(*fine_box())
         found = Decimator(Judge(start), lambda points, faces, target: (points, faces)).at_points(20)
@@ -238,11 +260,11 @@ class TestPeers:
     def test_only_what_is_installed_is_asked_and_nothing_loaded(self) -> None:
         code = (
             "import sys; from bldsimp.compare.peers import installed_peers; print([p.name for p in installed_peers()]);"
-            "assert not {'manifold3d', 'open3d', 'pymeshlab', 'pyfqmr'} & set(sys.modules)"
+            "assert not {'manifold3d', 'meshoptimizer', 'open3d', 'pymeshlab', 'pyfqmr'} & set(sys.modules)"
         )
         told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
         assert told.strip() == str([peer.name for peer in installed_peers()])
-        assert [peer.name for peer in PEERS] == ["manifold3d", "open3d", "pymeshlab", "pyfqmr"]
+        assert [peer.name for peer in PEERS] == ["manifold3d", "meshoptimizer", "open3d", "pymeshlab", "pyfqmr"]
 
     @pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
     def test_each_reduces_a_fine_box_at_the_same_deviation(self, peer: Peer, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +79,51 @@ def test_picture_is_the_same_for_faces_in_another_order() -> None:
     turned = View(view.points, view.faces[::-1], view.caption)
     first, second = (np.asarray(picture([each], SMALL)) for each in (view, turned))
     assert (np.abs(first.astype(int) - second) > 8).mean() < 0.02
+
+
+def test_rows_of_views_are_filled_one_after_the_other() -> None:
+    flat = View(*square(0.0), "")
+    row = np.asarray(picture([tetrahedron(), flat, tetrahedron()], SMALL))
+    sheet = np.asarray(picture([tetrahedron(), flat, tetrahedron()], SMALL, columns=2))
+    assert sheet.shape[:2] == (2 * row.shape[0], 2 * SMALL.width)
+    upper, lower = sheet[: row.shape[0]], sheet[row.shape[0] :]
+    np.testing.assert_array_equal(upper, row[:, : 2 * SMALL.width])
+    np.testing.assert_array_equal(lower[:, : SMALL.width], row[:, 2 * SMALL.width :])
+    assert (lower[:, SMALL.width :] == 255).all()
+
+
+def test_no_edge_is_drawn_with_lines_of_no_width() -> None:
+    view = View(*square(0.0), "")
+    shades = {
+        line: np.unique(np.asarray(picture([view], replace(SMALL, line=line, crease=line))).reshape(-1, 3), axis=0)
+        for line in (0.0, 1.0)
+    }
+    # Of one flat square only its own shade is left, and what blends it with the paper at its rim.
+    assert len(shades[0.0]) <= SMALL.samples**2 + 1 < len(shades[1.0])
+
+
+def test_a_zoom_shows_a_part_of_the_model_and_more_of_it() -> None:
+    view = View(*square(0.0), "")
+    above = replace(SMALL, elevation=90.0, azimuth=-90.0)
+    covered = {}
+    for zoom, aim in ((1.0, (0.5, 0.5)), (2.0, (0.5, 0.5)), (2.0, (0.0, 0.5))):
+        image = np.asarray(picture([view], replace(above, zoom=zoom, aim=aim)))
+        drawn = (image[:-90] != 255).any(axis=2)
+        covered[zoom, aim[0]] = drawn[:, : SMALL.width // 2].mean(), drawn[:, SMALL.width // 2 :].mean()
+    assert max(covered[1.0, 0.5]) < 0.9
+    assert min(covered[2.0, 0.5]) == 1.0
+    # Its left border stands in the middle.
+    assert covered[2.0, 0.0][0] < 0.05
+    assert covered[2.0, 0.0][1] == 1.0
+
+
+def test_a_gap_stays_blank() -> None:
+    view = View(*square(0.0), "")
+    image = np.asarray(picture([view, view], replace(SMALL, elevation=90.0, zoom=3.0, gap=5)))[:-90]
+    blank = (image == 255).all(axis=(0, 2))
+    expected = np.zeros(SMALL.width, bool)
+    expected[:5] = expected[-5:] = True
+    np.testing.assert_array_equal(blank, np.tile(expected, 2))
 
 
 def test_crop_keeps_the_rows_that_any_panel_uses() -> None:

@@ -151,7 +151,7 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
   block.result = Collapser({points, faces, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
-                            input.decimals, input.single})
+                            input.decimals, input.single, input.progress})
                      .run();
 }
 
@@ -231,7 +231,7 @@ Collapsed collapse(const CollapseInput& input) {
   const auto pinned = taken<std::uint8_t>(input.pinned, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
   const Left left{input.points, surface, bounded, bounded_label,   now.points,     now.faces,   label,
-                  pinned,       none,    {},      input.tolerance, input.decimals, input.single};
+                  pinned,       none,    {},      input.tolerance, input.decimals, input.single, input.progress};
   Collapser collapser(left);
   Collapsed result = collapser.run();
   for (Index& f : result.source) f = now.source[f];

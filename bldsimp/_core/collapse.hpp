@@ -1,6 +1,7 @@
 // Fewer points by collapsing edges, as far as a certified bound allows.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,6 +13,11 @@ namespace bldsimp {
 // What a collapse was refused for.
 enum class Refusal { link, fold, needle, border, backward, forward, crossing, count };
 
+// What has been done so far, for another thread to look at.
+struct Progress {
+  std::atomic<std::int64_t> gone = 0;  // points
+};
+
 struct CollapseInput {
   std::span<const Vec3> points;
   std::span<const Face> surface;            // what the tolerance counts from, and lids after it
@@ -22,6 +28,7 @@ struct CollapseInput {
   double tolerance;
   int decimals;                             // that a moved point is rounded to; below 0 none moves
   bool single;                              // whether a moved point is rounded to single precision after that
+  Progress* progress;                       // or none
 };
 
 struct Collapsed {

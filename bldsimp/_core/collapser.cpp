@@ -176,7 +176,10 @@ void Collapser::find_borders() {
   const Single whole = without_copies(input_.bounded);
   const auto own = borders(whole.faces, points_.size(), labels_of(whole, input_.bounded_label));
   for (int kind = 0; kind < 2; ++kind) {
-    const auto now = flat_faces(edges_, kind), before = flat_faces(own, kind);
+    const auto now = flat_faces(edges_, kind);
+    auto before = flat_faces(own, kind);
+    // Those between shared points stay, and may be borders here only.
+    std::erase_if(before, [&](const Face& edge) { return input_.shared[edge[0]] && input_.shared[edge[1]]; });
     if (kind == 0) first_edge_[1] = static_cast<Index>(now.size());
     if (kind == 0) rims_ = before;
     edge_tree_[kind].emplace(origin_, before);
@@ -428,6 +431,7 @@ bool Collapser::forward_edge() {
   for (const Index e : beside) {
     if (edges_[e].kind != kind || std::find(old.begin(), old.end(), e) != old.end()) continue;
     const auto [p, q] = edges_[e].ends;
+    if (input_.shared[p] && input_.shared[q]) continue;
     holders.push_back({e - first, {points_[p], points_[q], points_[q]}});
   }
   for (Index& e : old) e -= first;
@@ -508,6 +512,7 @@ bool Collapser::pop_all() {
       continue;
     }
     ++result_.accepted;
+    if (input_.progress) ++input_.progress->gone;
     commit();
     apply_collapse();
   }
@@ -657,17 +662,9 @@ double Collapser::deviation(const Collapsed& result) const {
   const Single single = without_copies(faces);
   const std::vector<Labels> none(single.faces.size());
   const auto rim = flat_faces(borders(single.faces, points_.size(), none), 0);
-  // A border that moves is held to the limit; one beyond it closed, or opened, before.
-  const auto held = [&](std::span<const Vec3> points, std::span<const Face> edges, const FaceTree& other) {
-    std::vector<Face> near;
-    std::copy_if(edges.begin(), edges.end(), std::back_inserter(near), [&](const Face& edge) {
-      return other.holds({points[edge[0]], points[edge[1]], points[edge[2]]}, limit_);
-    });
-    return farthest(points, near, other, precision);
-  };
   return std::max({farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
-                   farthest(points_, faces, *tree_, precision), held(origin_, rims_, FaceTree(points_, rim)),
-                   held(points_, rim, *edge_tree_[0])});
+                   farthest(points_, faces, *tree_, precision), farthest(origin_, rims_, FaceTree(points_, rim), precision),
+                   farthest(points_, rim, *edge_tree_[0], precision)});
 }
 
 }  // namespace bldsimp

@@ -31,6 +31,7 @@ struct Left {
   double tolerance;
   int decimals;
   bool single;
+  Progress* progress;
 };
 
 class Collapser {

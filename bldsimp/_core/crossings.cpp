@@ -229,14 +229,15 @@ bool Crossings::visit(const Box& box, std::span<const Index> old, Leaf leaf) con
   });
 }
 
-// What crosses at some slots, looked up once it matters.
+// Some slots, and what crosses them.
 class Crossings::Before {
  public:
   Before(const Crossings& mesh, std::span<const Index> old, std::span<const Index> around) : mesh_(mesh) {
     for (const auto& slots : {old, around})
       for (const Index slot : slots) {
         own_.emplace_back(mesh.at(slot));
-        all_.add(box_of(own_.back()));
+        boxes_.push_back(box_of(own_.back()));
+        all_.add(boxes_.back());
       }
   }
 
@@ -247,31 +248,32 @@ class Crossings::Before {
     return false;
   }
 
-  // Whether anything at a triangle's corners crosses the slots.
-  bool at(const Triangle& t) {
-    if (!found_) find();
-    return std::any_of(t.face.begin(), t.face.end(),
-                       [&](Index p) { return std::binary_search(corners_.begin(), corners_.end(), p); });
+  // Whether a triangle crosses the slots, or another one at its corners does.
+  bool at(const Triangle& t, const Box& box) const {
+    if (crossed(t, box)) return true;
+    for (int i = 0; i < 3; ++i) {
+      Box corner;
+      corner.add(t.at[i]);
+      const auto other = [&](Index, const Triangle& g, const Box& own) {
+        return !contains(g.face, t.face[i]) || !crossed(g, own);
+      };
+      if (!mesh_.visit(corner, {}, other)) return true;
+    }
+    return false;
   }
 
  private:
-  void find() {
-    found_ = true;
-    mesh_.visit(all_, {}, [&](Index, const Triangle& t, const Box& box) {
-      const bool does = std::any_of(own_.begin(), own_.end(), [&](const Oriented& f) {
-        return box_of(f).meets(box) && cross_each_other(f, t);
-      });
-      if (does) corners_.insert(corners_.end(), t.face.begin(), t.face.end());
-      return true;
-    });
-    std::sort(corners_.begin(), corners_.end());
+  bool crossed(const Triangle& t, const Box& box) const {
+    if (!box.meets(all_)) return false;
+    for (std::size_t i = 0; i < own_.size(); ++i)
+      if (boxes_[i].meets(box) && cross_each_other(own_[i], t)) return true;
+    return false;
   }
 
   const Crossings& mesh_;
   std::vector<Oriented> own_;
+  std::vector<Box> boxes_;
   Box all_;
-  bool found_ = false;
-  std::vector<Index> corners_;
 };
 
 bool Crossings::made(std::span<const Index> old, std::span<const Index> around, std::span<const Change> fresh) const {
@@ -290,7 +292,7 @@ bool Crossings::made(std::span<const Index> old, std::span<const Index> around, 
       if (cross_each_other(come[i], come[j]) && !look_back().each_other()) return true;
   return !visit(all, old, [&](Index slot, const Triangle& t, const Box& box) {
     for (std::size_t i = 0; i < come.size(); ++i)
-      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return slot < own_ && look_back().at(t);
+      if (boxes[i].meets(box) && cross_each_other(come[i], t)) return slot < own_ && look_back().at(t, box);
     return true;
   });
 }

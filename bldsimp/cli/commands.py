@@ -170,10 +170,12 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
     from ..io.target import replace_files
     from ..report import one_line, summary
     from ..simplified import simplify_scene
+    from .progress import watched
 
     scene = read(read_from.data(), read_from.format)
     after_read = time.perf_counter()
-    lights, report = simplify_scene(scene, options)
+    points = sum(len(mesh.used_points) for mesh in scene.meshes)
+    lights, report = watched(lambda progress: simplify_scene(scene, options, progress), points, quiet=wishes.quiet)
     if options.baseline:
         from ..baseline import baseline_points
 

@@ -40,7 +40,7 @@ Examples:
 @click.option("--plot", metavar="FILE.svg|png", help="Also draw points against tolerance; wants bldsimp[plots].")
 @click.option("--html", metavar="FILE.html", help="Also write one page that shows the surfaces in 3D, offline.")
 @click.option(
-    "--peers", is_flag=True, help="Also ask manifold3d, open3d, pymeshlab and pyfqmr, whichever is installed."
+    "--peers", is_flag=True, help="Also ask manifold3d, meshoptimizer, open3d, pymeshlab and pyfqmr, if installed."
 )
 @click.option("--from", "from_", metavar="FORMAT", help="Format of the files, where their suffix does not tell.")
 @click.option("--overwrite", is_flag=True, help="Replace files that exist.")

@@ -24,8 +24,8 @@ STEPS = 14
 LEAST_TRIANGLES = 12
 """Where the bisection starts: a box."""
 
-STEPS_TO_POINTS = 10
-"""So often a target is guessed for a number of points."""
+STEPS_TO_POINTS = 16
+"""So often a target is guessed for a number of points, at most."""
 
 Arrays = tuple[Points, NDArray[Any]]
 
@@ -76,7 +76,8 @@ class Decimator:
     start : Surface, optional
         What is decimated, where it is not the original itself.
     most : int, optional
-        The greatest target; the number of faces where left out.
+        The greatest target, of a tool that is limited by a length and takes the diagonal by the target for it;
+        the number of faces where left out.
     aimed : bool
         Whether the target matters; else there is one result.
     """
@@ -94,6 +95,7 @@ class Decimator:
         self._decimate = decimate
         self._points, self._faces = start.points - judge.origin, start.faces
         self._most = len(start.faces) if most is None else most
+        self._by_length = most is not None
         self._least = min(LEAST_TRIANGLES, self._most)
         self._aimed = aimed
         self._runs: dict[int, Run] = {}
@@ -129,11 +131,14 @@ class Decimator:
         low, high = (self._least, self._run(self._least).points), (self._most, len(self._points))
         if low[1] >= points:
             return self._found(low[0])
-        for _ in range(STEPS_TO_POINTS):
+        for step in range(STEPS_TO_POINTS):
             if high[0] - low[0] <= 1 or high[1] == points:
                 break
+            # Lines do where points go with the target; where they stay the same for long, only halving gets on.
+            halve = self._by_length or step % 2 == 1
             share = (points - low[1]) / max(high[1] - low[1], 1)
-            target = min(max(low[0] + round(share * (high[0] - low[0])), low[0] + 1), high[0] - 1)
+            guess = math.isqrt(low[0] * high[0]) if halve else low[0] + round(share * (high[0] - low[0]))
+            target = min(max(guess, low[0] + 1), high[0] - 1)
             found = self._run(target).points
             low, high = ((target, found), high) if found < points else (low, (target, found))
         return self._found(high[0])

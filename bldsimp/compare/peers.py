@@ -66,6 +66,18 @@ def _manifold3d(module: Any, points: Points, faces: Faces, target: int) -> Array
     return np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts)
 
 
+def _meshoptimizer(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
+    """Quadric edge collapse onto points that are there, within a length; it works in single precision."""
+    corners = np.ascontiguousarray(faces.reshape(-1), np.uint32)
+    stored = np.ascontiguousarray(points, np.float32)
+    left = np.zeros_like(corners)
+    length = float(np.linalg.norm(np.ptp(points, axis=0))) / target
+    count = module.simplify(
+        left, corners, stored, target_index_count=0, target_error=length, options=module.SIMPLIFY_ERROR_ABSOLUTE
+    )
+    return points, left[:count].reshape(-1, 3)
+
+
 def _open3d(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
     """Quadric decimation."""
     mesh = module.geometry.TriangleMesh(
@@ -95,6 +107,7 @@ def _pyfqmr(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
 
 PEERS = (
     Peer("manifold3d", _manifold3d, FINEST),
+    Peer("meshoptimizer", _meshoptimizer, FINEST),
     Peer("open3d", _open3d),
     Peer("pymeshlab", _pymeshlab),
     Peer("pyfqmr", _pyfqmr),

@@ -42,9 +42,15 @@ class Style:
     distance : float
         Distance of the eye in units of the model's diagonal; small is a strong perspective.
     line, crease : float
-        Width of edges inside a flat facet and of sharp ones, pixels.
+        Width of edges inside a flat facet and of sharp ones, pixels; 0 draws none.
     samples : int
         Samples per pixel along each axis.
+    zoom : float
+        So many times larger than fits into the view.
+    aim : tuple of float
+        What stands in the middle, as shares of the model's picture from its left and from its foot.
+    gap : int
+        Columns that stay blank on both sides of a view, pixels.
     """
 
     width: int = 900
@@ -55,6 +61,9 @@ class Style:
     line: float = 1.0
     crease: float = 1.7
     samples: int = 3
+    zoom: float = 1.0
+    aim: tuple[float, float] = (0.5, 0.5)
+    gap: int = 0
     wall: tuple[float, float, float] = (0.93, 0.90, 0.85)
     ink: tuple[float, float, float] = (0.13, 0.20, 0.30)
     paper: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -78,19 +87,21 @@ class View:
     caption: str
 
 
-def picture(views: Sequence[View], style: Style | None = None) -> Image:
-    """Draw views of equal size in a row, all with the camera that fits the first.
+def picture(views: Sequence[View], style: Style | None = None, columns: int | None = None) -> Image:
+    """Draw views of equal size in rows, all with the camera that fits the first.
 
     Parameters
     ----------
     views : sequence of View
         Usually two: before and after.
     style : Style, optional
+    columns : int, optional
+        So many views stand in a row; all where left out.
 
     Returns
     -------
     PIL.Image.Image
-        RGB, ``len(views) * style.width`` wide.
+        RGB, ``columns * style.width`` wide.
 
     Raises
     ------
@@ -110,11 +121,15 @@ def picture(views: Sequence[View], style: Style | None = None) -> Image:
     style = style or Style()
     camera = Camera.fitting(views[0], style)
     panels = crop([shade(view, camera, style) for view in views])
+    columns = columns or len(views)
     height, margin = panels[0].shape[0], 90
-    sheet = images.new("RGB", (len(views) * style.width, height + margin), to_bytes(style.paper))
+    rows = -(-len(views) // columns)
+    sheet = images.new("RGB", (columns * style.width, rows * (height + margin)), to_bytes(style.paper))
     for k, (view, panel) in enumerate(zip(views, panels, strict=True)):
-        sheet.paste(images.fromarray(panel), (k * style.width, 0))
-        write_caption(sheet, view.caption, (k + 0.5) * style.width, height)
+        row, column = divmod(k, columns)
+        top = row * (height + margin)
+        sheet.paste(images.fromarray(panel), (column * style.width, top))
+        write_caption(sheet, view.caption, (column + 0.5) * style.width, top + height)
     return sheet
 
 
@@ -154,8 +169,9 @@ class Camera:
         flat = plain.project(used)[:, :2]
         low2, high2 = flat.min(axis=0), flat.max(axis=0)
         size = np.array([style.width, style.height]) * style.samples
-        scale = float((0.92 * size / (high2 - low2)).min())
-        return cls(axes, plain.target, distance, scale, size / 2 - scale * (low2 + high2) / 2)
+        scale = style.zoom * float((0.92 * size / (high2 - low2)).min())
+        middle = low2 + np.array(style.aim) * (high2 - low2)
+        return cls(axes, plain.target, distance, scale, size / 2 - scale * middle)
 
     def project(self, points: Floats) -> Floats:
         """Sample columns, rows (upwards) and nearness: greater is nearer, and linear on the screen."""
@@ -179,8 +195,11 @@ def shade(view: View, camera: Camera, style: Style) -> NDArray[np.uint8]:
     crease = creases(view)[face]
     for k in range(3):
         width = np.where(crease[:, k], style.crease, style.line) * style.samples / 2
-        strength = np.where(crease[:, k], 0.9, 0.45) * np.clip(width + 0.5 - apart[k], 0.0, 1.0)
+        strength = np.where(crease[:, k], 0.9, 0.45) * np.clip(width + 0.5 - apart[k], 0.0, 1.0) * (width > 0)
         colour[pixels] += (np.array(style.ink) - colour[pixels]) * strength[:, None]
+    blank = style.gap * style.samples
+    sides = colour.reshape(rows, columns, 3)
+    sides[:, :blank] = sides[:, columns - blank :] = style.paper
     blocks = colour.reshape(style.height, style.samples, style.width, style.samples, 3)
     return to_levels(blocks.mean(axis=(1, 3))[::-1])
 
