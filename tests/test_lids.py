@@ -110,7 +110,7 @@ def test_a_lid_adds_no_face_to_an_edge_that_is_whole() -> None:
 
 def test_loops_that_touch_stay() -> None:
     mesh = solids.subdivided(solids.square(), 3)
-    (points, faces), middle = mesh, np.mean(mesh[0][mesh[1]], axis=1)
+    faces, middle = mesh[1], np.mean(mesh[0][mesh[1]], axis=1)
     inside = np.flatnonzero(np.abs(middle[:, :2] - 0.5).max(axis=1) < 0.3)
     first = inside[np.argmin(np.abs(middle[inside, :2] - 0.5).sum(axis=1))]
     touching = [f for f in inside if len(np.intersect1d(faces[f], faces[first])) == 1]
