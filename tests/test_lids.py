@@ -94,15 +94,40 @@ def test_lids_cross_nothing_and_lie_on_nothing() -> None:
     assert lids(solids.merged(open_box, solids.moved(pane, (0, 0, -0.5)))) == (1, 2)
 
 
+def test_a_lid_adds_no_face_to_an_edge_that_is_whole() -> None:
+    # Two bowls under one rim with a ridge between them: across it a lid would be shorter.
+    rim = [(0, 0, 0), (1, -1.2, 0), (2, 0, 0), (1, 1.2, 0)]
+    a, m, c, n = rim
+    low, high = (1, -0.5, -1), (1, 0.5, -1)
+    bowls = [(a, low, m), (m, low, c), (c, low, a), (c, high, n), (n, high, a), (a, high, c)]
+    mesh = solids.of_polygons(*bowls)
+    assert lids(mesh) == (1, 2)
+    faces = np.ascontiguousarray(mesh[1], np.int32)
+    zeros = np.zeros(len(faces), np.int32)
+    found = _core.find_lids(mesh[0], faces, zeros, zeros.astype(np.uint8), 10.0)
+    assert _core.count_edges(np.concatenate([faces, found.faces]), len(mesh[0])) == (0, 0)
+
+
 def test_loops_that_touch_stay() -> None:
-    # Two of the missing faces of this box share a corner only.
-    mesh = solids.subdivided(solids.box((1, 1, 1)), 1)
-    middle = mesh[0][mesh[1]].mean(axis=1)
-    top = [f for f in range(len(mesh[1])) if middle[f, 2] == 1 and np.abs(middle[f, :2] - 0.5).sum() < 0.4]
-    pairs = [(f, g) for f in top for g in top if f < g and len(np.intersect1d(mesh[1][f], mesh[1][g])) == 1]
-    assert pairs
-    assert lids(solids.without_faces(mesh, *pairs[0])) == (0, 0)
-    assert lids(solids.without_faces(mesh, pairs[0][0])) == (1, 1)
+    mesh = solids.subdivided(solids.square(), 3)
+    faces, middle = mesh[1], np.mean(mesh[0][mesh[1]], axis=1)
+    inside = np.flatnonzero(np.abs(middle[:, :2] - 0.5).max(axis=1) < 0.3)
+    first = inside[np.argmin(np.abs(middle[inside, :2] - 0.5).sum(axis=1))]
+    touching = [f for f in inside if len(np.intersect1d(faces[f], faces[first])) == 1]
+    assert len(touching) > 4
+    for other in touching:
+        assert lids(solids.without_faces(mesh, int(first), int(other)), 0.1) == (0, 0)
+    assert lids(solids.without_faces(mesh, int(first)), 0.1) == (1, 1)
+
+
+def test_the_deviation_of_a_lid_alone_is_counted() -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], np.int32)
+    ones, zeros = np.ones(4, np.uint8), np.zeros(4, np.uint8)
+    found = _core.collapse(points, faces, np.zeros(4, np.int32), ones, zeros, 1.0, 15, False, 1)
+    assert (found.accepted, found.moved, len(found.triangles), len(found.holder)) == (0, 0, 4, 3)
+    # From the middle of the fourth face to the others.
+    assert 0.3 < found.deviation <= 1.0
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -75,7 +75,7 @@ Closing::Closing(std::span<const Vec3> points, std::span<const Face> faces, doub
   buckets.visit(0, count, [&](std::span<const Index> edge) {
     if (edge.size() != 1) return;
     Index& from = open_[origin(faces, edge[0])];
-    from = edge[0];
+    from = from == -1 ? edge[0] : -2;
     ends[origin(faces, edge[0])] = ends[target(faces, edge[0])] = true;
   });
   for (const Face& f : faces)
