@@ -21,6 +21,8 @@ constexpr double kWorthMoving = 0.05;
 constexpr double kParallel[] = {1e-3, 0.1};
 // What moves with a point by less than this share of its own way has no say in where it goes.
 constexpr double kLeastShare = 0.1;
+// What is nearer than this share of the tolerance fits.
+constexpr double kFitting = 0.02;
 constexpr int kMostRounds = 8;
 
 Index third(const Face& f, Index p, Index q) {
@@ -247,9 +249,11 @@ Vec3 Collapser::snapped(Vec3 p) const {
 }
 
 // Where a point is best for what relies on the faces and borders at it, its neighbours as they are. The planes of
-// the surface's own faces would not do: noise tilts them, so that they tell nothing a few faces away.
-Quadric Collapser::fit(Index a) {
+// the surface's own faces would not do: noise tilts them, so that they tell nothing a few faces away. Nothing where most
+// of it fits already: a step in a wall that was smaller than the tolerance is no reason to tilt the wall.
+std::optional<Quadric> Collapser::fit(Index a) {
   Quadric sum;
+  double fitting = 0, all = 0;
   for (const Index f : star_[a]) {
     Face face = faces_[f];
     while (face[0] != a) std::rotate(face.begin(), face.begin() + 1, face.end());
@@ -263,10 +267,13 @@ Quadric Collapser::fit(Index a) {
       // What a share of the point's own way moves the face there.
       const double share = dot(cross(r - q, middle - q), twice) / square;
       if (share < kLeastShare) return;
-      const double off = dot(n, middle - p) / share;
-      sum.add(n, -dot(n, p) - off, share * share * length(normal(piece)));
+      const double off = dot(n, middle - p), weight = share * share * length(normal(piece));
+      sum.add(n, -dot(n, p) - off / share, weight);
+      all += weight;
+      if (std::abs(off) < kFitting * limit_) fitting += weight;
     });
   }
+  if (2 * fitting > all) return {};
   for (const Index e : rim_[a]) {
     const BorderEdge& edge = edges_[e];
     const Vec3 p = points_[a], q = points_[edge.ends[edge.ends[0] == a]], along = q - p;
@@ -292,7 +299,9 @@ Quadric Collapser::fit(Index a) {
 
 bool Collapser::move(Index a) {
   const Vec3 from = points_[a];
-  const Quadric planes = fit(a);
+  const auto found = fit(a);
+  if (!found) return false;
+  const Quadric& planes = *found;
   const double least = kWorthMoving * limit_;
   for (const double parallel : kParallel) {
     Vec3 to = planes.lowest(from, parallel);

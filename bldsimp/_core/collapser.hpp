@@ -87,7 +87,7 @@ class Collapser {
   void push_all();
   bool pop_all();
   void move_all();
-  Quadric fit(Index a);
+  std::optional<Quadric> fit(Index a);
   bool move(Index a);
   Vec3 snapped(Vec3 p) const;
   Index edge_between(Index a, Index b) const;
