@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import solids
+from judged import simplified
 from numpy.typing import NDArray
 
 from bldsimp import _core
@@ -156,9 +158,12 @@ def test_only_what_is_wanted_is_looked_for() -> None:
     assert 0 < len(of_some) < len(of_all)
 
 
-def of_meshes(meshes: list[tuple[NDArray[np.float64], NDArray[np.int32]]]) -> int:
+def of_meshes(meshes: list[solids.Shape]) -> int:
     """Pairs of faces that cross, by mesh, after an exact weld."""
-    welded = [_core.weld(points, faces, 0.0) for points, faces in meshes]
+    welded = [
+        _core.weld(np.ascontiguousarray(points, np.float64), np.ascontiguousarray(faces, np.int32), 0.0)
+        for points, faces in meshes
+    ]
     return sum(len(_core.find_crossings(each.points, each.faces)) for each in welded)
 
 
@@ -198,7 +203,49 @@ def test_crossings_of_the_input_hinder_little(models: Path) -> None:
     assert points < 600
 
 
-def sheets(cells: int, gap: float, noise: float, waves: float) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+DENT = 1e-5
+FINE = 4e-5
+"""So near that facets alone deal with it."""
+
+
+def dented_plate() -> solids.Shape:
+    """A plate of which one side has a shallow dent."""
+    return solids.of_polygons([(2, DENT, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0), (0, 0, 0)])
+
+
+def bulging_plate() -> solids.Shape:
+    """A plate whose middle is a little too high."""
+    return solids.shape(
+        [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0), (2, 2, DENT)], [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
+    )
+
+
+def spike(x: float, y: float, top: float) -> solids.Shape:
+    return solids.shape([(x - 0.1, y, -1), (x + 0.1, y, -1), (x, y, top)], [(0, 1, 2)])
+
+
+@pytest.mark.parametrize(
+    ("plate", "pierced_by"), [(dented_plate(), spike(2, DENT / 2, 1)), (bulging_plate(), spike(2, 2, DENT / 2))]
+)
+def test_facets_step_down_where_they_would_be_pierced(plate: solids.Shape, pierced_by: solids.Shape) -> None:
+    alone = simplified(plate, FINE)
+    assert len(alone.after.points) == 4
+    both = solids.merged(plate, pierced_by)
+    assert of_meshes([both]) == 0
+    held = simplified(both, FINE)
+    assert len(held.after.points) == 8
+    assert held.report.reasons == {"pierced": 1}
+    assert of_meshes([held.result]) == 0
+
+
+def test_facets_that_were_pierced_may_be() -> None:
+    """The side is pierced before and after, and need not step down."""
+    both = solids.merged(dented_plate(), spike(2, 2 * DENT, 1))
+    assert of_meshes([both]) > 0
+    assert len(simplified(both, FINE).after.points) == 7
+
+
+def sheets(cells: int, gap: float, noise: float, waves: float) -> solids.Shape:
     """Two wavy sheets, one above the other, their points a little up or down."""
     rng = np.random.default_rng(6)
     x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0), indexing="ij")
@@ -207,13 +254,14 @@ def sheets(cells: int, gap: float, noise: float, waves: float) -> tuple[NDArray[
     sheet = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     heights = [gap * k + waves * np.sin(x / 3) * np.cos(y / 4) + rng.uniform(-noise, noise, x.shape) for k in (0, 1)]
     points = np.concatenate([np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1) for z in heights])
-    return points, np.concatenate([sheet, sheet + corner.size]).astype(np.int32)
+    return solids.shape(points, np.concatenate([sheet, sheet + corner.size]))
 
 
 @pytest.mark.parametrize("cells", [20, 80])
 def test_sheets_nearer_than_the_tolerance_do_not_come_to_cross(cells: int) -> None:
     """The larger ones are collapsed in blocks."""
-    welded = _core.weld(*sheets(cells, 0.1, 0.04, 1.0), 0.0)
+    points, faces = sheets(cells, 0.1, 0.04, 1.0)
+    welded = _core.weld(points, faces.astype(np.int32), 0.0)
     faces = np.array(welded.faces)
     label, none = np.zeros(len(faces), np.int32), np.zeros(len(faces), np.uint8)
     assert len(_core.find_crossings(welded.points, faces)) == 0
