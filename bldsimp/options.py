@@ -28,7 +28,8 @@ MOVED_SHARE = 1e-3
 """Coordinates of points that a wide tolerance moves are rounded to no more than this share of it."""
 
 SPARE_SHARE = 0.99
-"""Share of a wide tolerance within which the rest must hold a body that is dropped; the rest may still move."""
+"""Share of a wide tolerance within which the rest must hold a body that goes, or what closes a boundary loop; the
+rest may still move."""
 
 LEAST_GAIN = 0.125
 """Curved surfaces of a component that would lose a smaller share of their points keep their faces, so that a
@@ -107,6 +108,8 @@ class Options:
         Also report the points that fast-simplification needs for the same deviation.
     min_part : float
         Components whose box has a smaller diagonal than this go, beyond the tolerance; model units; 0 for none.
+    allow_close : bool
+        Boundary loops may close where that moves the surface by no more than the tolerance, if it is a wide one.
     """
 
     tolerance: Tolerance = Tolerance()
@@ -115,6 +118,7 @@ class Options:
     drop_attributes: bool = False
     baseline: bool = False
     min_part: float = 0.0
+    allow_close: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.tolerance, Tolerance):

@@ -14,7 +14,16 @@ from . import _core
 from .assembled import Layout
 from .dropped import Dropped, spare
 from .ladder import climb
-from .options import AUTO_DIAGONAL, DEFAULTS, MOVED_SHARE, NEEDLE_DIAGONAL, STAGED_DIAGONAL, WIDTH_SHARE, Options
+from .options import (
+    AUTO_DIAGONAL,
+    DEFAULTS,
+    MOVED_SHARE,
+    NEEDLE_DIAGONAL,
+    SPARE_SHARE,
+    STAGED_DIAGONAL,
+    WIDTH_SHARE,
+    Options,
+)
 from .report import Counts
 from .scene import LARGEST_COORDINATE, Faces, Flags, Indices, Light, Mesh, Points
 from .triangulation import Statistics
@@ -52,6 +61,8 @@ class Outcome:
     reasons : dict of str to int
         Why facets stand below the first rung.
     dropped : list of Dropped
+    closed : int
+        Boundary loops that were closed.
     statistics : Statistics
         Of all triangulations.
     layout : Layout or None
@@ -78,6 +89,7 @@ class Outcome:
     touching: int = 0
     reasons: dict[str, int] = field(default_factory=dict)
     dropped: list[Dropped] = field(default_factory=list)
+    closed: int = 0
     statistics: Statistics = field(default_factory=Statistics)
     layout: Layout | None = None
 
@@ -100,6 +112,7 @@ class Outcome:
             healed=self.healed + second.healed,
             reasons=dict(Counter(self.reasons) + Counter(second.reasons)),
             dropped=self.dropped + second.dropped,
+            closed=self.closed + second.closed,
             statistics=self.statistics + second.statistics,
         )
 
@@ -228,9 +241,15 @@ def _collapsed(
     pinned, within = passed_on[part].astype(np.uint8), tolerance - slack
     needless, dropped = spare(points, faces, part, pinned, within)
     decimals = _NONE_MOVES if mesh.quantized else _decimals(tolerance)
-    found = _core.collapse(points, faces, part, pinned, needless, within, decimals, mesh.single, progress)
-    changed = found.accepted + found.moved > 0 or len(dropped) > 0
-    facet = facet_of_face[found.source]
+    lids, beside, closed = _lids(points, faces, part, pinned, needless, within, options)
+    given = np.concatenate([np.arange(len(faces), dtype=np.int32), beside])
+    left_out = np.concatenate([needless, np.zeros_like(beside, np.uint8)])
+    found = _core.collapse(
+        points, np.concatenate([faces, lids]), part[given], pinned[given], left_out, within, decimals, mesh.single,
+        len(lids), progress,
+    )  # fmt: skip
+    changed = found.accepted + found.moved > 0 or len(dropped) > 0 or closed > 0
+    facet = facet_of_face[given[found.source]]
     kept = np.zeros(len(points), np.uint8)
     kept[found.triangles] = 1
     rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
@@ -257,7 +276,19 @@ def _collapsed(
         after=_counted(found.triangles, points, light),
         deviation=found.deviation + slack if changed else 0.0,
         dropped=dropped,
+        closed=closed,
     )
+
+
+def _lids(
+    points: Points, faces: Faces, part: Indices, pinned: Flags, left_out: Flags, tolerance: float, options: Options
+) -> tuple[Faces, Indices, int]:
+    """Faces that close boundary loops within a tolerance, each with a face beside it, and how many loops they close."""
+    if not options.allow_close:
+        return np.empty((0, 3), np.int32), np.empty(0, np.int32), 0
+    left = np.flatnonzero(left_out == 0).astype(np.int32)
+    found = _core.find_lids(points, faces[left], part[left], pinned[left], SPARE_SHARE * tolerance)
+    return found.faces, left[found.beside], found.closed
 
 
 _NONE_MOVES = -1

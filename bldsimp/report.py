@@ -120,6 +120,8 @@ class Report:
         T-junctions that closed.
     touching : int
         Points that stay only since sheets meet there inside of facets.
+    closed : int
+        Boundary loops that closed, where that was allowed.
     turned : int
         Faces whose winding was turned.
     degenerate, duplicate : int
@@ -145,6 +147,7 @@ class Report:
     reasons: dict[str, int] = field(default_factory=dict)
     healed: int = 0
     touching: int = 0
+    closed: int = 0
     turned: int = 0
     degenerate: int = 0
     duplicate: int = 0
@@ -228,6 +231,7 @@ def _facets(report: Report) -> str:
     if reasons:
         text += f"; kept because: {reasons}"
     extra = [f"{report.healed:,} T-junctions healed"] if report.healed else []
+    extra += [f"{report.closed:,} boundary loops closed"] if report.closed else []
     extra += [f"{report.touching:,} points kept where sheets meet"] if report.touching else []
     extra += [f"{report.turned:,} faces turned"] if report.turned else []
     extra += [f"{report.degenerate:,} faces that repeat a point left out"] if report.degenerate else []

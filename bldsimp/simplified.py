@@ -233,6 +233,7 @@ def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
     report.reasons = dict(Counter(report.reasons) + Counter(outcome.reasons))
     report.healed += outcome.healed
     report.touching += outcome.touching
+    report.closed += outcome.closed
     report.dropped += [_in_words(one, mesh) for one in outcome.dropped]
     report.turned += outcome.turned
     report.degenerate += outcome.degenerate

@@ -240,18 +240,20 @@ def broken(
     bound: float,
     *,
     healed: int = 0,
+    dropped: bool = False,
     count: int = 500,
 ) -> list[str]:
     """Promises that `after` breaks, in words; empty where it keeps them all.
 
     `tolerance` and `bound` are lengths; `healed` as reported: without healing the topology
-    may not change at all, with it only towards fewer open edges.
+    may not change at all, with it only towards fewer open edges. Where bodies were dropped,
+    counts and borders that were theirs are gone; only what is made anew is looked at.
     """
     if not len(before.faces):
         return [] if not len(after.faces) else ["faces out of nothing"]
     if not len(after.faces):
         return ["empty"] if area(before) > 0 else []
-    found = _wrong_counts(topology(before), topology(after), healed)
+    found = _wrong_counts(topology(before), topology(after), healed, dropped)
     narrow = tolerance <= WIDE * np.linalg.norm(np.ptp(before.points, axis=0))
     if narrow and strangers(before, after):
         found.append(f"{strangers(before, after)} points that the input does not have")
@@ -264,6 +266,8 @@ def broken(
     if bound > tolerance + slack:
         found.append(f"printed bound {bound} above the tolerance {tolerance}")
     within = max(bound, slack)
+    if dropped:
+        return found
     found += _wrong_edges("open", before, after, within, healed)
     wrong = _wrong_shape(before, after, within, healed)
     if wrong and len(sheet(before).faces) < len(before.faces):
@@ -272,16 +276,19 @@ def broken(
     return found + wrong
 
 
-def _wrong_counts(old: Topology, new: Topology, healed: int) -> list[str]:
+def _wrong_counts(old: Topology, new: Topology, healed: int, dropped: bool) -> list[str]:
     found = []
     if new.points > old.points or new.triangles > old.triangles:
         found.append(f"more than before: {old.points}/{old.triangles} -> {new.points}/{new.triangles}")
     if new.clashing > old.clashing:
         found.append(f"clashing edges {old.clashing} -> {new.clashing}")
-    if new.components > old.components or (new.components < old.components and not healed):
+    fewer = new.components < old.components and not healed
+    if not dropped and (new.components > old.components or fewer):
         found.append(f"components {old.components} -> {new.components}, healed {healed}")
     if new.open_edges > 0 == old.open_edges:
         found.append(f"open edges {old.open_edges} -> {new.open_edges}")
+    if new.nonmanifold_edges > 0 == old.nonmanifold_edges:
+        found.append(f"fins: non-manifold edges {old.nonmanifold_edges} -> {new.nonmanifold_edges}")
     return found
 
 
@@ -291,8 +298,6 @@ def _wrong_shape(before: Surface, after: Surface, within: float, healed: int) ->
     # Two borders that become one edge add one; a bubble of needles that closes on its edge takes one away.
     if abs(new.euler - old.euler) > healed:
         found.append(f"euler {old.euler} -> {new.euler}, healed {healed}")
-    if new.nonmanifold_edges > 0 == old.nonmanifold_edges:
-        found.append(f"fins: non-manifold edges {old.nonmanifold_edges} -> {new.nonmanifold_edges}")
     if not healed and (old.rims, old.rim_cycles) != (new.rims, new.rim_cycles):
         found.append(f"rims {old.rims}, {old.rim_cycles} cycles -> {new.rims}, {new.rim_cycles} cycles")
     return found

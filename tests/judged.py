@@ -35,8 +35,9 @@ def broken(case: Judged, count: int = 200) -> list[str]:
     """Promises that a result breaks."""
     report = case.report
     found = judge.broken(
-        case.before, case.after, report.tolerance, report.deviation, healed=report.healed, count=count
-    )
+        case.before, case.after, report.tolerance, report.deviation,
+        healed=report.healed, dropped=bool(report.dropped), count=count,
+    )  # fmt: skip
     told = (report.after.points, report.after.triangles)
     seen = (len(np.unique(case.result[1])), len(case.result[1]))
     if told != seen:

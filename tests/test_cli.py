@@ -100,6 +100,17 @@ class TestSimplify:
         assert "dropped    1 component within the tolerance of what remains: panel\n" in summary
         assert "dropped    1 component smaller than asked for, which the deviation does not count: speck\n" in summary
 
+    def test_a_hole_closes_on_request(self, tmp_path: Path) -> None:
+        points, faces = fine_box()
+        source, report = write(tmp_path / "in.obj", obj_text(points, faces[1:])), tmp_path / "report.json"
+        for options, closed in (([], 0), (["--allow-close"], 1)):
+            result = run("simplify", source, "-", "--to", "obj", "--tolerance", "0.2", "--report", report, *options)
+            assert result.returncode == 0
+            assert (json.loads(report.read_text())["closed"], b"1 boundary loops closed" in result.stderr) == (
+                closed, closed == 1,
+            )  # fmt: skip
+        assert_box(result.stdout, "obj")
+
     def test_pipes(self, house: Path) -> None:
         result = run("simplify", "-", "-", "--from", "obj", "--to", "ply", stdin=house.read_bytes())
         assert result.returncode == 0

@@ -16,6 +16,7 @@
 #include "distances.hpp"
 #include "facets.hpp"
 #include "halfedges.hpp"
+#include "lids.hpp"
 #include "orient.hpp"
 #include "outlines.hpp"
 #include "polygons.hpp"
@@ -348,6 +349,17 @@ void bind_mesh(nb::module_& m) {
         return give<Index>(std::move(misfits));
       },
       "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
+  nb::class_<Lids> closing(m, "Lids");
+  def_view<Index>(closing, "faces", &Lids::faces);
+  def_view<Index>(closing, "beside", &Lids::beside);
+  closing.def_ro("closed", &Lids::closed);
+  m.def(
+      "find_lids",
+      [](Points3 points, Faces3 faces, Indices label, Bytes pinned, double limit) {
+        nb::gil_scoped_release release;
+        return find_lids(rows<Vec3>(points), rows<Face>(faces), flat(label), flat(pinned), limit);
+      },
+      "points"_a, "faces"_a, "label"_a, "pinned"_a, "limit"_a);
   nb::class_<Progress>(m, "Progress").def(nb::init<>()).def_prop_ro("gone", [](const Progress& p) { return p.gone.load(); });
   nb::class_<Collapsed> collapsed(m, "Collapsed");
   def_view<double>(collapsed, "points", &Collapsed::points);
@@ -361,13 +373,13 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "collapse",
       [](Points3 points, Faces3 surface, Indices label, Bytes pinned, Bytes left_out, double tolerance, int decimals,
-         bool single, Progress* progress) {
+         bool single, Index lids, Progress* progress) {
         nb::gil_scoped_release release;
-        return collapse({rows<Vec3>(points), rows<Face>(surface), flat(label), flat(pinned), flat(left_out),
+        return collapse({rows<Vec3>(points), rows<Face>(surface), flat(label), flat(pinned), flat(left_out), lids,
                          tolerance, decimals, single, progress});
       },
       "points"_a, "surface"_a, "label"_a, "pinned"_a, "left_out"_a, "tolerance"_a, "decimals"_a, "single"_a,
-      "progress"_a = nb::none());
+      "lids"_a = 0, "progress"_a = nb::none());
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,

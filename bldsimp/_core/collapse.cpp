@@ -150,8 +150,7 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
   const auto label = taken(input.label, sources);
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
-  const std::vector<std::uint8_t> none(faces.size(), 0);
-  block.result = Collapser({points, faces, label, none, points, faces, label, pinned, stays, beside, input.tolerance,
+  block.result = Collapser({points, faces, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
                             input.decimals, input.single, input.progress})
                      .run();
 }
@@ -186,13 +185,24 @@ Joined joined(const Now& now, std::span<const Block> blocks) {
   return after;
 }
 
-// Blocks know others as they were. Where two have changed so that they cross, one is to stay; whether any is.
-bool part(const Joined& after, std::span<Block> blocks) {
+// Blocks know others as they were. Where two have changed so that they cross, or points of both came to one place, one
+// is to stay; whether any is.
+bool part(const Now& before, const Joined& after, std::span<Block> blocks) {
   bool any = false;
   for (const auto& [f, g] : find_crossings(after.now.points, after.now.faces, after.changed)) {
     if (after.block[f] == after.block[g] || !after.changed[f] || !after.changed[g]) continue;
     blocks[std::max(after.block[f], after.block[g])].stays = any = true;
   }
+  std::vector<std::pair<Vec3, Index>> places;  // of moved points, with their blocks
+  for (std::size_t f = 0; f < after.now.faces.size(); ++f)
+    for (const Index p : after.now.faces[f])
+      if (!(after.now.points[p] == before.points[p])) places.push_back({after.now.points[p], after.block[f]});
+  std::sort(places.begin(), places.end(), [](const auto& p, const auto& q) {
+    return p.first == q.first ? p.second < q.second : lexicographic_less(p.first, q.first);
+  });
+  for (std::size_t i = 1; i < places.size(); ++i)
+    if (places[i].first == places[i - 1].first && places[i].second != places[i - 1].second)
+      blocks[places[i].second].stays = any = true;
   return any;
 }
 
@@ -208,7 +218,7 @@ void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
       },
       1);
   Joined after = joined(now, blocks);
-  if (part(after, blocks)) after = joined(now, blocks);
+  if (part(now, after, blocks)) after = joined(now, blocks);
   for (const Block& block : blocks) {
     if (block.stays) continue;
     total.accepted += block.result.accepted;
@@ -222,14 +232,17 @@ void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
 
 Collapsed collapse(const CollapseInput& input) {
   Now now = whole(input);
-  const bool fewer = now.faces.size() < input.surface.size();
+  const auto surface = input.surface.first(input.surface.size() - static_cast<std::size_t>(input.lids));
+  const std::vector<Face> bounded = now.faces;
+  const auto bounded_label = taken<Index>(input.label, now.source);
+  const bool same = bounded.size() == surface.size() && input.lids == 0;
   Collapsed total;
   collapse_blocks(input, now, total);
   const auto label = taken<Index>(input.label, now.source);
   const auto pinned = taken<std::uint8_t>(input.pinned, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
-  const Left left{input.points, input.surface, input.label, input.left_out,  now.points,     now.faces,   label,
-                  pinned,       none,          {},          input.tolerance, input.decimals, input.single, input.progress};
+  const Left left{input.points, surface, bounded, bounded_label,   now.points,     now.faces,   label,
+                  pinned,       none,    {},      input.tolerance, input.decimals, input.single, input.progress};
   Collapser collapser(left);
   Collapsed result = collapser.run();
   for (Index& f : result.source) f = now.source[f];
@@ -237,7 +250,7 @@ Collapsed collapse(const CollapseInput& input) {
   result.accepted += total.accepted;
   result.moved += total.moved;
   result.holder = collapser.holders();
-  if (fewer || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
+  if (!same || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
   return result;
 }
 

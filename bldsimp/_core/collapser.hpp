@@ -4,10 +4,12 @@
 #include <array>
 #include <optional>
 #include <queue>
+#include <set>
 #include <span>
 #include <tuple>
 #include <vector>
 
+#include "borders.hpp"
 #include "collapse.hpp"
 #include "cover.hpp"
 #include "crossings.hpp"
@@ -20,8 +22,8 @@ namespace bldsimp {
 struct Left {
   std::span<const Vec3> points;          // of the surface
   std::span<const Face> surface;
-  std::span<const Index> surface_label;
-  std::span<const std::uint8_t> left_out;  // faces of the surface whose borders nobody keeps
+  std::span<const Face> bounded;         // over the same points: what has the borders that are kept
+  std::span<const Index> bounded_label;
   std::span<const Vec3> positions;       // of what is left
   std::span<const Face> faces;
   std::span<const Index> label;
@@ -33,6 +35,11 @@ struct Left {
   bool single;
   Progress* progress;
 };
+
+inline bool has(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
+
+// As long as twice the area.
+inline Vec3 normal(const std::array<Vec3, 3>& t) { return cross(t[1] - t[0], t[2] - t[0]); }
 
 class Collapser {
  public:
@@ -50,24 +57,16 @@ class Collapser {
  private:
   using Refused = std::optional<Refusal>;
   using Corners = std::array<Vec3, 3>;
-  using Labels = std::array<Index, 2>;
 
-  // Faces that are copies of one another but for their winding count as one.
-  struct Single {
-    std::vector<Face> faces;
-    std::vector<Index> index, copy;  // of the given faces: the one, and the other or -1
-  };
-  struct Edge {
-    std::array<Index, 2> ends;
-    int kind;                    // 0 border, 1 between labels or more than two faces
-    std::vector<Labels> labels;  // of its faces
-  };
   struct Candidate {
     double cost;
     Index from, to, stamp;
     bool operator<(const Candidate& o) const {  // the least is on top of the queue
       return std::tie(o.cost, o.from, o.to) < std::tie(cost, from, to);
     }
+  };
+  struct Lower {
+    bool operator()(Vec3 p, Vec3 q) const { return lexicographic_less(p, q); }
   };
   struct Made {
     Index slot;
@@ -78,11 +77,6 @@ class Collapser {
     Index edge;
     Vec3 begin, end;
   };
-
-  static Single without_copies(std::span<const Face> faces);
-  static std::vector<Labels> labels_of(const Single& single, std::span<const Index> label);
-  static std::vector<Edge> borders(std::span<const Face> faces, std::size_t points, std::span<const Labels> labels);
-  static std::vector<Face> flat_faces(std::span<const Edge> edges, int kind);
 
   Corners corners(const Face& f) const { return {points_[f[0]], points_[f[1]], points_[f[2]]}; }
   void find_borders();
@@ -122,7 +116,7 @@ class Collapser {
   std::vector<Labels> labels_;
   std::vector<bool> alive_;
   std::vector<std::vector<Index>> star_, rim_;  // faces and border edges at each point
-  std::vector<Edge> edges_;
+  std::vector<BorderEdge> edges_;
   std::vector<bool> fixed_;
   std::vector<Quadric> quadric_;
   std::vector<Index> stamp_;
@@ -135,6 +129,8 @@ class Collapser {
   std::optional<Cover> cover_;
   std::array<std::optional<Cover>, 2> edge_cover_;
   Collapsed result_;
+  // Where points of the result are: one that moved to the place of another would be welded to it.
+  std::set<Vec3, Lower> places_;
   std::optional<Crossings> crossings_;  // of the result's points: about another origin they are rounded
 
   // The change that is looked at: a goes to b, or (b is -1) to where the target is.

@@ -63,6 +63,12 @@ def bldsimp() -> None:
     " beyond the tolerance, and the printed deviation does not count them.  [default: 0, none]",
 )
 @click.option(
+    "--allow-close",
+    is_flag=True,
+    help="Also close boundary loops (holes, cracks) where no point of what closes them is farther from the surface than"
+    " the tolerance, if that is above a hundred-thousandth of the diagonal.",
+)
+@click.option(
     "--normals",
     type=click.Choice(NORMALS),
     default="auto",
@@ -91,6 +97,7 @@ def simplify(
     tolerance: str,
     weld: str,
     min_part: str,
+    allow_close: bool,
     normals: str,
     drop_attributes: bool,
     report: str | None,
@@ -111,6 +118,7 @@ def simplify(
         tolerance=_option("--tolerance", parse_tolerance, tolerance),
         weld=_option("--weld", parse_length, weld),
         min_part=_option("--min-part", parse_length, min_part),
+        allow_close=allow_close,
         normals=normals,
         drop_attributes=drop_attributes,
         baseline=baseline,

@@ -31,7 +31,6 @@ from .gltf_references import (
 )
 from .gltf_trim import trimmed
 
-
 _Moved = tuple[NDArray[np.int64], NDArray[np.float64]]
 
 

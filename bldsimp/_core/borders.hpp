@@ -1,0 +1,42 @@
+// Where a surface ends, or parts into labels.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "vec3.hpp"
+
+namespace bldsimp {
+
+inline Face sorted(Face f) {
+  std::sort(f.begin(), f.end());
+  return f;
+}
+
+// Faces that are copies of one another but for their winding count as one.
+struct Single {
+  std::vector<Face> faces;
+  std::vector<Index> index, copy;  // of the given faces: the one, and the other or -1
+};
+
+Single without_copies(std::span<const Face> faces);
+
+using Labels = std::array<Index, 2>;  // of a face and of its copy, -1 without
+
+std::vector<Labels> labels_of(const Single& single, std::span<const Index> label);
+
+struct BorderEdge {
+  std::array<Index, 2> ends;
+  int kind;                    // 0 border, 1 between labels or more than two faces
+  std::vector<Labels> labels;  // of its faces
+};
+
+// Edges of other than two faces, and edges between labels.
+std::vector<BorderEdge> borders(std::span<const Face> faces, std::size_t points, std::span<const Labels> labels);
+
+// Edges of one kind as faces without area.
+std::vector<Face> flat_faces(std::span<const BorderEdge> edges, int kind);
+
+}  // namespace bldsimp
