@@ -74,7 +74,7 @@ void Collapser::find_borders() {
     // Those between shared points stay, and may be borders here only.
     std::erase_if(before, [&](const Face& edge) { return input_.shared[edge[0]] && input_.shared[edge[1]]; });
     if (kind == 0) first_edge_[1] = static_cast<Index>(now.size());
-    if (kind == 0) rims_ = before;
+    rims_[kind] = before;
     edge_tree_[kind].emplace(origin_, before);
     edge_cover_[kind].emplace(origin_, before, points_, now, limit_);
   }
@@ -387,11 +387,17 @@ double Collapser::deviation(const Collapsed& result) const {
   const double precision = kPrecision / (1 - kPrecision) * limit_;
   const auto& faces = result.triangles;
   const Single single = without_copies(faces);
-  const std::vector<Labels> none(single.faces.size());
-  const auto rim = flat_faces(borders(single.faces, points_.size(), none), 0);
-  return std::max({farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
-                   farthest(points_, faces, *tree_, precision), farthest(origin_, rims_, FaceTree(points_, rim), precision),
-                   farthest(points_, rim, *edge_tree_[0], precision)});
+  std::vector<Index> label;
+  for (const Index f : result.source) label.push_back(input_.surface_label[f]);
+  const auto edges = borders(single.faces, points_.size(), labels_of(single, label));
+  double most = std::max(farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
+                         farthest(points_, faces, *tree_, precision));
+  for (int kind = 0; kind < 2; ++kind) {
+    const auto rim = flat_faces(edges, kind);
+    most = std::max({most, farthest(origin_, rims_[kind], FaceTree(points_, rim), precision),
+                     farthest(points_, rim, *edge_tree_[kind], precision)});
+  }
+  return most;
 }
 
 }  // namespace bldsimp

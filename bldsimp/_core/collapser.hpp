@@ -51,7 +51,7 @@ class Collapser {
   // Of each face of the surface, a triangle of the result that holds some of it.
   std::vector<Index> holders() const;
 
-  // Bound of the distance between the surface and a result, both ways.
+  // Bound of the distance between the surface and a result, both ways; sources of the result are faces of the surface.
   double deviation(const Collapsed& result) const;
 
  private:
@@ -124,7 +124,7 @@ class Collapser {
   std::array<Index, 2> first_edge_{0, 0};  // of each kind
   std::optional<FaceTree> tree_;
   std::vector<Index> near_;  // of each face, one of the surface that was near it
-  std::vector<Face> rims_;   // borders of the surface, as faces without area
+  std::array<std::vector<Face>, 2> rims_;  // borders of the surface of each kind, as faces without area
   std::array<std::optional<FaceTree>, 2> edge_tree_;
   std::optional<Cover> cover_;
   std::array<std::optional<Cover>, 2> edge_cover_;
