@@ -245,12 +245,13 @@ Collapsed collapse(const CollapseInput& input) {
                   pinned,       none,    {},      input.tolerance, input.decimals, input.single, input.progress};
   Collapser collapser(left);
   Collapsed result = collapser.run();
+  result.holder = collapser.holders();
+  if (!same || result.accepted + result.moved + total.accepted + total.moved > 0)
+    result.deviation = collapser.deviation(result);
   for (Index& f : result.source) f = now.source[f];
   for (std::size_t i = 0; i < total.refusals.size(); ++i) result.refusals[i] += total.refusals[i];
   result.accepted += total.accepted;
   result.moved += total.moved;
-  result.holder = collapser.holders();
-  if (!same || result.accepted + result.moved > 0) result.deviation = collapser.deviation(result);
   return result;
 }
 

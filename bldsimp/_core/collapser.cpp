@@ -388,7 +388,7 @@ double Collapser::deviation(const Collapsed& result) const {
   const auto& faces = result.triangles;
   const Single single = without_copies(faces);
   std::vector<Index> label;
-  for (const Index f : result.source) label.push_back(input_.surface_label[f]);
+  for (const Index f : result.source) label.push_back(input_.label[f]);
   const auto edges = borders(single.faces, points_.size(), labels_of(single, label));
   double most = std::max(farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
                          farthest(points_, faces, *tree_, precision));

@@ -51,7 +51,7 @@ class Collapser {
   // Of each face of the surface, a triangle of the result that holds some of it.
   std::vector<Index> holders() const;
 
-  // Bound of the distance between the surface and a result, both ways; sources of the result are faces of the surface.
+  // Bound of the distance between the surface and a result, both ways.
   double deviation(const Collapsed& result) const;
 
  private:
