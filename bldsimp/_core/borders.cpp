@@ -50,7 +50,8 @@ std::vector<BorderEdge> borders(std::span<const Face> faces, std::size_t points,
   const auto count = static_cast<Index>(points);
   EdgeBuckets(faces, count).visit(0, count, [&](std::span<const Index> edge) {
     if (edge.size() == 2 && labels[edge[0] / 3] == labels[edge[1] / 3]) return;
-    found.push_back({{origin(faces, edge[0]), target(faces, edge[0])}, edge.size() == 1 ? 0 : 1, {}});
+    const bool open = edge.size() == 1 && labels[edge[0] / 3][1] < 0;
+    found.push_back({{origin(faces, edge[0]), target(faces, edge[0])}, open ? 0 : edge.size() == 2 ? 1 : 2, {}});
     for (const Index h : edge) found.back().labels.push_back(labels[h / 3]);
     std::sort(found.back().labels.begin(), found.back().labels.end());
   });

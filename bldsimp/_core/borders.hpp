@@ -27,9 +27,13 @@ using Labels = std::array<Index, 2>;  // of a face and of its copy, -1 without
 
 std::vector<Labels> labels_of(const Single& single, std::span<const Index> label);
 
+// Kinds are kept apart: open edges, edges between labels, and the rest (of more than two faces, or where a sheet with
+// two sides ends).
+inline constexpr int edge_kinds = 3;
+
 struct BorderEdge {
   std::array<Index, 2> ends;
-  int kind;                    // 0 border, 1 between labels or more than two faces
+  int kind;
   std::vector<Labels> labels;  // of its faces
 };
 

@@ -68,12 +68,12 @@ void Collapser::find_borders() {
     for (const Index p : edges_[e].ends) rim_[p].push_back(static_cast<Index>(e));
   const Single whole = without_copies(input_.bounded);
   const auto own = borders(whole.faces, points_.size(), labels_of(whole, input_.bounded_label));
-  for (int kind = 0; kind < 2; ++kind) {
+  for (int kind = 0; kind < edge_kinds; ++kind) {
     const auto now = flat_faces(edges_, kind);
     auto before = flat_faces(own, kind);
     // Those between shared points stay, and may be borders here only.
     std::erase_if(before, [&](const Face& edge) { return input_.shared[edge[0]] && input_.shared[edge[1]]; });
-    if (kind == 0) first_edge_[1] = static_cast<Index>(now.size());
+    if (kind + 1 < edge_kinds) first_edge_[kind + 1] = first_edge_[kind] + static_cast<Index>(now.size());
     rims_[kind] = before;
     edge_tree_[kind].emplace(origin_, before);
     edge_cover_[kind].emplace(origin_, before, points_, now, limit_);
@@ -392,7 +392,7 @@ double Collapser::deviation(const Collapsed& result) const {
   const auto edges = borders(single.faces, points_.size(), labels_of(single, label));
   double most = std::max(farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
                          farthest(points_, faces, *tree_, precision));
-  for (int kind = 0; kind < 2; ++kind) {
+  for (int kind = 0; kind < edge_kinds; ++kind) {
     const auto rim = flat_faces(edges, kind);
     most = std::max({most, farthest(origin_, rims_[kind], FaceTree(points_, rim), precision),
                      farthest(points_, rim, *edge_tree_[kind], precision)});

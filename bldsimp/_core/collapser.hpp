@@ -121,13 +121,13 @@ class Collapser {
   std::vector<Quadric> quadric_;
   std::vector<Index> stamp_;
   std::priority_queue<Candidate> queue_;
-  std::array<Index, 2> first_edge_{0, 0};  // of each kind
+  std::array<Index, edge_kinds> first_edge_{};  // of each kind
   std::optional<FaceTree> tree_;
   std::vector<Index> near_;  // of each face, one of the surface that was near it
-  std::array<std::vector<Face>, 2> rims_;  // borders of the surface of each kind, as faces without area
-  std::array<std::optional<FaceTree>, 2> edge_tree_;
+  std::array<std::vector<Face>, edge_kinds> rims_;  // borders of the surface of each kind, as faces without area
+  std::array<std::optional<FaceTree>, edge_kinds> edge_tree_;
   std::optional<Cover> cover_;
-  std::array<std::optional<Cover>, 2> edge_cover_;
+  std::array<std::optional<Cover>, edge_kinds> edge_cover_;
   Collapsed result_;
   // Where points of the result are: one that moved to the place of another would be welded to it.
   std::set<Vec3, Lower> places_;
