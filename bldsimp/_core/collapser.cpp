@@ -390,14 +390,18 @@ double Collapser::deviation(const Collapsed& result) const {
   std::vector<Index> label;
   for (const Index f : result.source) label.push_back(input_.label[f]);
   const auto edges = borders(single.faces, points_.size(), labels_of(single, label));
-  double most = std::max(farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
-                         farthest(points_, faces, *tree_, precision));
-  for (int kind = 0; kind < edge_kinds; ++kind) {
-    const auto rim = flat_faces(edges, kind);
-    most = std::max({most, farthest(origin_, rims_[kind], FaceTree(points_, rim), precision),
-                     farthest(points_, rim, *edge_tree_[kind], precision)});
-  }
-  return most;
+  const auto rim = flat_faces(edges, 0);
+  // Each step holds borders to the limit. One beyond it is none: faces with the same corners have come to count as one.
+  const auto held = [&](std::span<const Vec3> points, std::span<const Face> border, const FaceTree& other) {
+    std::vector<Face> near;
+    std::copy_if(border.begin(), border.end(), std::back_inserter(near), [&](const Face& edge) {
+      return other.holds({points[edge[0]], points[edge[1]], points[edge[2]]}, limit_);
+    });
+    return farthest(points, near, other, precision);
+  };
+  return std::max({farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
+                   farthest(points_, faces, *tree_, precision),
+                   held(origin_, rims_[0], FaceTree(points_, rim)), held(points_, rim, *edge_tree_[0])});
 }
 
 }  // namespace bldsimp
