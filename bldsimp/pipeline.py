@@ -244,13 +244,16 @@ def _collapsed(
     lids, beside, closed = _lids(points, faces, part, pinned, needless, within, options)
     given = np.concatenate([np.arange(len(faces), dtype=np.int32), beside])
     left_out = np.concatenate([needless, np.zeros_like(beside, np.uint8)])
-    wanted = points, np.concatenate([faces, lids]), part[given], pinned[given]
-    rest = within, decimals, mesh.single, len(lids), progress
-    found = _core.collapse(*wanted, left_out, *rest)
+    surface = np.concatenate([faces, lids])
+    found = _core.collapse(
+        points, surface, part[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
+    )
     if found.deviation > within and len(dropped):
         # What is measured counts: then nothing is dropped.
-        dropped = []
-        found = _core.collapse(*wanted, np.zeros_like(left_out), *rest)
+        dropped, left_out = [], np.zeros_like(left_out)
+        found = _core.collapse(
+            points, surface, part[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
+        )
     changed = found.accepted + found.moved > 0 or len(dropped) > 0 or closed > 0
     facet = facet_of_face[given[found.source]]
     kept = np.zeros(len(points), np.uint8)
