@@ -106,7 +106,7 @@ class _Components:
         component = _core.find_components(corners, len(welded.points))
         roots, order = np.unique(component, return_inverse=True)
         self.of_face = order.astype(np.int32)
-        passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
+        passed_on = np.array([bool(part.fixed) for part in mesh.parts], bool)
         self.pinned = np.zeros(len(roots), bool)
         self.pinned[self.of_face[passed_on[mesh.part_of_face]]] = True
         self.sizes = np.zeros(len(roots))

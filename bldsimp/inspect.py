@@ -197,7 +197,7 @@ def number_words(mesh: Mesh) -> str:
 def _facets(mesh: Mesh, tolerance: float) -> int:
     """Number of facets at a tolerance in world space."""
     local = tolerance / (scale(mesh) or 1.0)
-    return len(simplify_mesh(mesh, local, Options(drop_attributes=True)).planes)
+    return len(simplify_mesh(mesh, local, Options(delimit=frozenset({"material"}))).planes)
 
 
 def inspection_text(inspection: Inspection) -> str:

@@ -34,7 +34,7 @@ def shading(mesh: Mesh, light: Light, options: Options) -> Normals | None:
         return smooth_normals(light.points, light.faces)
     if options.normals != "auto" or mesh.normals is None:
         return None
-    passed = np.array([part.passed_on(options) for part in mesh.parts])
+    passed = np.array([bool(part.fixed) for part in mesh.parts])
     own = mesh.faces[~passed[mesh.part_of_face]]
     return None if are_flat(mesh.points, own, mesh.normals) else mesh.normals
 

@@ -179,7 +179,7 @@ def _left(mesh: Mesh, outcome: Outcome) -> Mesh:
 
 def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bool = False) -> Outcome:
     """Facets, outlines, triangulation: what needs no wide tolerance."""
-    passed_on = _passed_on(mesh, options)
+    passed_on = _passed_on(mesh)
     welded, moved = _welded(mesh, passed_on, options.weld)
     points = welded.points
     part = mesh.part_of_face[welded.source]
@@ -233,7 +233,7 @@ def _collapsed(
     mesh: Mesh, first: Outcome, tolerance: float, options: Options, progress: _core.Progress | None
 ) -> Outcome:
     """Edges collapsed, on a mesh that is what facets left; facets are those of the outcome that it is left of."""
-    passed_on = _passed_on(mesh, options)
+    passed_on = _passed_on(mesh)
     welded = _core.weld(mesh.points, mesh.faces, 0.0)
     points, faces, part = welded.points, welded.faces, mesh.part_of_face[welded.source]
     facet_of_face = first.facet_of_light[welded.source]
@@ -310,8 +310,8 @@ def _moved(points: Points, point_of_row: Indices, moved: Points) -> Points:
     return np.where((point_of_row >= 0)[:, None], moved[point_of_row], points)
 
 
-def _passed_on(mesh: Mesh, options: Options) -> NDArray[np.bool_]:
-    return np.array([part.passed_on(options) for part in mesh.parts], bool)
+def _passed_on(mesh: Mesh) -> NDArray[np.bool_]:
+    return np.array([bool(part.fixed) for part in mesh.parts], bool)
 
 
 def _of_facet(facet_of_face: Indices, part: Indices, count: int) -> Indices:
@@ -379,7 +379,7 @@ def _looked_up(
 
 def counted(mesh: Mesh, options: Options) -> Counts:
     """A mesh in numbers, as `simplify_mesh` counts before it does anything."""
-    welded, _ = _welded(mesh, _passed_on(mesh, options), options.weld)
+    welded, _ = _welded(mesh, _passed_on(mesh), options.weld)
     count = len(welded.points)
     return _counts(count, len(mesh.faces), *_core.count_edges(welded.faces, count))
 
@@ -436,8 +436,11 @@ def _in_rows(
 ) -> tuple[Light, Indices]:
     """The result in rows of the mesh, and its facets; parts that are passed on keep their faces to the letter."""
     found = _core.find_rows(triangles, facet, faces, rows, facet_of_face, part_of_facet, kept)
+    face_of_facet = np.zeros(len(part_of_facet), np.int32)
+    face_of_facet[facet_of_face] = source
+    row = np.arange(len(mesh.points), dtype=np.int32)
     if not passed_on.any() and len(passed_on) == 1:
-        return Light(mesh.points, found, np.zeros(len(found), np.int32)), facet
+        return Light(mesh.points, found, np.zeros(len(found), np.int32), row, face_of_facet[facet]), facet
     part_of_triangle = part_of_facet[facet]
     fresh = ~passed_on[part_of_triangle]
     untouched = passed_on[mesh.part_of_face]
@@ -447,5 +450,7 @@ def _in_rows(
         mesh.points,
         np.concatenate([found[fresh], mesh.faces[untouched]]),
         np.concatenate([part_of_triangle[fresh], mesh.part_of_face[untouched]]),
+        row,
+        np.concatenate([face_of_facet[facet[fresh]], np.flatnonzero(untouched).astype(np.int32)]),
     )
     return light, np.concatenate([facet[fresh], facet_of_input[untouched]])

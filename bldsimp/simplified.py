@@ -195,8 +195,8 @@ def simplify_meshes(
         outcomes.append(outcome)
         _tell(report, mesh, outcome, stretch)
         for part in mesh.parts:
-            if part.passed_on(options):
-                report.passed_on.append(PassedOn(part.name, f"carries {', '.join(part.attributes)}"))
+            if part.fixed:
+                report.passed_on.append(PassedOn(part.name, f"carries {', '.join(part.fixed)}"))
     report.before.watertight = all(outcome.before.watertight for outcome in outcomes)
     report.after.watertight = all(outcome.after.watertight for outcome in outcomes)
     report.seconds = time.perf_counter() - start

@@ -14,7 +14,16 @@ import click
 
 from .. import __version__
 from ..errors import UsageError
-from ..options import NORMALS, Options, parse_length, parse_tolerance
+from ..options import (
+    CREASE_DEGREES,
+    DELIMITS,
+    NORMALS,
+    TEXTURE_TOLERANCE,
+    Options,
+    parse_delimit,
+    parse_length,
+    parse_tolerance,
+)
 from .compare import compare
 from .paths import Endpoint, check_open, check_output, endpoint_in, endpoint_out
 from .signals import unwind
@@ -76,9 +85,23 @@ def bldsimp() -> None:
     "  [default: auto]",
 )
 @click.option(
-    "--drop-attributes",
-    is_flag=True,
-    help="Simplify textured and coloured parts too, and drop what they carry.",
+    "--crease-angle",
+    default=f"{CREASE_DEGREES:g}",
+    metavar="DEGREES",
+    help=f"Edges that turn by more are hard where --normals smooth makes normals.  [default: {CREASE_DEGREES:g}]",
+)
+@click.option(
+    "--delimit",
+    default="all",
+    metavar="WORDS",
+    help=f"What facets may not cross, with commas between: {', '.join(DELIMITS)}. UV, colours and feature ids that they"
+    " may cross are dropped; 'none' is for geometry alone.  [default: all]",
+)
+@click.option(
+    "--texture-tolerance",
+    default=f"{TEXTURE_TOLERANCE:g}",
+    metavar="TEXELS",
+    help=f"How far a texture may move on its wall, in texels of its image.  [default: {TEXTURE_TOLERANCE:g}]",
 )
 @click.option("--report", metavar="FILE.json", help="Also write what was done as JSON; '-' is standard output.")
 @click.option(
@@ -99,7 +122,9 @@ def simplify(
     min_part: str,
     allow_close: bool,
     normals: str,
-    drop_attributes: bool,
+    crease_angle: str,
+    delimit: str,
+    texture_tolerance: str,
     report: str | None,
     baseline: bool,
     from_: str | None,
@@ -120,7 +145,9 @@ def simplify(
         min_part=_option("--min-part", parse_length, min_part),
         allow_close=allow_close,
         normals=normals,
-        drop_attributes=drop_attributes,
+        crease_angle=_option("--crease-angle", parse_length, crease_angle),
+        delimit=_option("--delimit", parse_delimit, delimit),
+        texture_tolerance=_option("--texture-tolerance", parse_length, texture_tolerance),
         baseline=baseline,
     )
     read_from = endpoint_in(source, from_)

@@ -103,7 +103,7 @@ def obj_pictures(scene: Scene, options: Options, warnings: list[str]) -> dict[st
     for mesh in scene.meshes:
         for part in mesh.parts:
             texture = getattr(getattr(part.source, "material", part.source), "texture", None)
-            if not texture or texture in found or not part.passed_on(options):
+            if not texture or texture in found or not bool(part.fixed):
                 continue
             path = beneath(scene.path and scene.path.parent, texture)
             if path is None:

@@ -83,7 +83,7 @@ def _replace_mesh(
     untouched = np.zeros(len(mesh.parts), bool)
     for number, part in enumerate(mesh.parts):
         primitive: Primitive = part.source
-        if part.passed_on(options):
+        if bool(part.fixed):
             untouched[number] = True
         else:
             groups.setdefault(primitive.rows, []).append(number)

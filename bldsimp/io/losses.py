@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..options import Options
+from ..options import DELIMITS, Options
 from ..scene import Part, Scene
 from .sheet import Sheet
 
@@ -20,7 +20,7 @@ _HELD = {
 def dropped(scene: Scene, options: Options) -> list[str]:
     """What goes because the user asked."""
     carriers = [part for mesh in scene.meshes for part in mesh.parts if part.attributes]
-    if not options.drop_attributes or not carriers:
+    if all(options.keeps(kind) for kind in DELIMITS) or not carriers:
         return []
     return [f"dropped as asked, from {_count(len(carriers), 'part')}: {_attributes(carriers, ())}"]
 
@@ -48,7 +48,7 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
 
 def gltf_losses(scene: Scene, options: Options) -> list[str]:
     """What a glTF document made anew does not take over."""
-    kept = [part for mesh in scene.meshes for part in mesh.parts if part.passed_on(options)]
+    kept = [part for mesh in scene.meshes for part in mesh.parts if bool(part.fixed)]
     lost = _attributes(kept, _HELD["glb"])
     return [f"not carried over to glTF: {lost}"] if lost else []
 

@@ -64,7 +64,7 @@ def sheet(mesh: Mesh, light: Light, options: Options, *, polygonal: bool) -> She
     polygonal : bool
         Parts that are passed on keep their polygons; else all are triangles.
     """
-    kept = np.array([part.passed_on(options) for part in mesh.parts])
+    kept = np.array([bool(part.fixed) for part in mesh.parts])
     normals = shading(mesh, light, options)
     if mesh.normals is not None and kept.any():
         normals = _with_kept(mesh, light, kept, normals)

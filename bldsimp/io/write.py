@@ -155,7 +155,7 @@ def _untouched(scene: Scene, format_: str, options: Options) -> bytes | None:
     """The file as it is, where every part is passed on and the format stays."""
     if format_ != scene.format or not isinstance(scene.source, bytes) or format_ in ("obj",):
         return None
-    if all(part.passed_on(options) for mesh in scene.meshes for part in mesh.parts):
+    if all(bool(part.fixed) for mesh in scene.meshes for part in mesh.parts):
         return scene.source
     return None
 
