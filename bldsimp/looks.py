@@ -132,6 +132,13 @@ class Looks:
             np.where(self._is_uv, spans, 0.0).max(axis=1, initial=0.0),
         )
 
+    def layers(self) -> Indices | None:
+        """A number for each face of the mesh, other where a copy of another face is a layer on it; None without any."""
+        textured = self.textured()
+        if np.count_nonzero(textured) == 0 or len(textured) == 1:
+            return None
+        return np.where(textured, np.arange(len(textured), dtype=np.int32), np.int32(-1))[self.mesh.part_of_face]
+
     def textured(self) -> NDArray[np.bool_]:
         """Which parts carry what their faces would be missed for."""
         kinds = {one.name for one in self.kept if one.kind in INTERPOLATED}

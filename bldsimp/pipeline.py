@@ -180,7 +180,8 @@ def simplify_mesh(
 def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bool = False) -> Outcome:
     """Facets, outlines, triangulation: what needs no wide tolerance."""
     passed_on = _passed_on(mesh)
-    welded, moved = _welded(mesh, passed_on, options.weld)
+    looks = Looks(mesh, options)
+    welded, moved = _welded(mesh, passed_on, options.weld, looks.layers())
     points = welded.points
     part = mesh.part_of_face[welded.source]
     pinned = passed_on[part]
@@ -191,7 +192,7 @@ def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bo
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
     rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
     faces, halfedges, turned = _oriented(welded, rows, pinned, width)
-    looks, surface = Looks(mesh, options), Surface(points, faces, halfedges, rows, welded.source, part)
+    surface = Surface(points, faces, halfedges, rows, welded.source, part)
 
     def find(label: Indices) -> _core.Facets:
         fold = math.sqrt(within**2 - width**2)
@@ -249,12 +250,12 @@ def _collapsed(
 ) -> Outcome:
     """Edges collapsed, on a mesh that is what facets left; facets are those of the outcome that it is left of."""
     passed_on = _passed_on(mesh)
-    welded = _core.weld(mesh.points, mesh.faces, 0.0)
+    looks = Looks(mesh, options)
+    welded = _core.weld(mesh.points, mesh.faces, 0.0, looks.layers())
     points, faces, part = welded.points, welded.faces, mesh.part_of_face[welded.source]
     rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
     slack = _frame(mesh.box)[2]
     pinned, within = passed_on[part].astype(np.uint8), tolerance - slack
-    looks = Looks(mesh, options)
     surface = Surface(points, faces, _core.pair_halfedges(points, faces, rows, 0.0), rows, welded.source, part)
     label, charted = _charted(looks, surface, pinned != 0)
     # What a picture is on would be missed, however near the rest is.
@@ -367,9 +368,11 @@ def _owners(facet_of_face: Indices, part: Indices, group: Indices, count: int) -
     return _Owners(facet_of_face, part_of_facet, group_of_facet)
 
 
-def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[_core.Welded, float]:
+def _welded(
+    mesh: Mesh, passed_on: NDArray[np.bool_], distance: float, layers: Indices | None
+) -> tuple[_core.Welded, float]:
     """A mesh with near points joined, and how far that moved one; corners of parts that are passed on stay."""
-    welded = _core.weld(mesh.points, mesh.faces, distance)
+    welded = _core.weld(mesh.points, mesh.faces, distance, layers)
     if welded.moved == 0.0 or not passed_on.any():
         return welded, welded.moved
     stays = np.zeros(len(mesh.points), bool)
@@ -381,7 +384,7 @@ def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[
     at[stays] = mesh.points[stays]
     moved = float(np.sqrt(((at - mesh.points)[used] ** 2).sum(axis=1).max()))
     # What is where it shall be is welded exactly: points are in lexicographic order again.
-    return _core.weld(at, mesh.faces, 0.0), moved
+    return _core.weld(at, mesh.faces, 0.0, layers), moved
 
 
 def _nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_]) -> tuple[Indices, Indices]:
@@ -425,7 +428,7 @@ def _looked_up(
 
 def counted(mesh: Mesh, options: Options) -> Counts:
     """A mesh in numbers, as `simplify_mesh` counts before it does anything."""
-    welded, _ = _welded(mesh, _passed_on(mesh), options.weld)
+    welded, _ = _welded(mesh, _passed_on(mesh), options.weld, Looks(mesh, options).layers())
     count = len(welded.points)
     return _counts(count, len(mesh.faces), *_core.count_edges(welded.faces, count))
 

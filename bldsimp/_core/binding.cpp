@@ -112,11 +112,11 @@ void bind_mesh(nb::module_& m) {
       .def_ro("moved", &Welded::moved);
   m.def(
       "weld",
-      [](Points3 points, Faces3 faces, double distance) {
+      [](Points3 points, Faces3 faces, double distance, std::optional<Indices> layer) {
         nb::gil_scoped_release release;
-        return weld(rows<Vec3>(points), rows<Face>(faces), distance);
+        return weld(rows<Vec3>(points), rows<Face>(faces), distance, layer ? flat(*layer) : std::span<const Index>{});
       },
-      "points"_a, "faces"_a, "distance"_a);
+      "points"_a, "faces"_a, "distance"_a, "layer"_a = nb::none());
 
   m.def(
       "mark_used", [](Faces3 faces, std::size_t count) { return give<std::uint8_t>(mark_used(rows<Face>(faces), count)); },
