@@ -1,4 +1,4 @@
-"""What the vertices of simplified glTF primitives hold: numbers as the file has them, changed ones as near as can be."""
+"""What the vertices of simplified glTF primitives hold: numbers as the file has them, changed ones as near as it can."""
 
 from __future__ import annotations
 
