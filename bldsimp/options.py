@@ -47,8 +47,8 @@ DELIMITS = ("material", "uv", "color", "feature", "crease")
 TEXTURE_TOLERANCE = 0.5
 """How far a texture may move on its wall, in texels."""
 
-COLOR_TOLERANCE = 0.5
-"""How far an interpolated colour may be off, in levels of 255."""
+COLOR_TOLERANCE = 1.5
+"""How far an interpolated colour may be off, in levels of 255: what their own rounding blurs, and a little more."""
 
 UNKNOWN_TEXELS = 4096
 """Width and height of an image of unknown size, in texels."""

@@ -14,6 +14,7 @@ from . import _core
 from .assembled import Layout
 from .dropped import Dropped, spare
 from .ladder import climb
+from .looks import Charted, Looks, Surface, followed, left
 from .options import (
     AUTO_DIAGONAL,
     DEFAULTS,
@@ -51,6 +52,8 @@ class Outcome:
         `Rung` of each facet; whether its own faces stayed.
     deviation : float
         Certified bound, both ways.
+    texels : float
+        How far a texture has moved on its wall at most, along u or v.
     before, after : Counts
     degenerate, duplicate : int
         Faces dropped since they repeat a point, or copy another face.
@@ -82,6 +85,7 @@ class Outcome:
     before: Counts
     after: Counts
     deviation: float = 0.0
+    texels: float = 0.0
     degenerate: int = 0
     duplicate: int = 0
     turned: int = 0
@@ -101,11 +105,13 @@ class Outcome:
         np.maximum.at(rung, facet[told], self.rung[told])
         return dataclasses.replace(
             second,
+            light=followed(self.light, second.light),
             facet_of_face=facet[self.facet_of_face],
             source=self.source,
             rung=rung,
             before=self.before,
             deviation=self.deviation + second.deviation,
+            texels=self.texels + second.texels,
             degenerate=self.degenerate,
             duplicate=self.duplicate,
             turned=self.turned + second.turned,
@@ -165,22 +171,17 @@ def simplify_mesh(
     if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
         return _lossless(mesh, tolerance, options, with_layout=with_layout)
     first = _lossless(mesh, fine, options)
-    second = _collapsed(_left(mesh, first), first, tolerance - first.deviation - fine, options, progress)
+    second = _collapsed(left(mesh, first.light), first, tolerance - first.deviation - fine, options, progress)
     done = first.followed_by(second)
     welded = dataclasses.replace(options, weld=0.0)
-    return done.followed_by(_lossless(_left(mesh, done), fine, welded, with_layout=with_layout))
-
-
-def _left(mesh: Mesh, outcome: Outcome) -> Mesh:
-    """What is left of a mesh, as a mesh."""
-    light = outcome.light
-    return dataclasses.replace(mesh, points=light.points, faces=light.faces, part_of_face=light.part_of_face)
+    return done.followed_by(_lossless(left(mesh, done.light), fine, welded, with_layout=with_layout))
 
 
 def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bool = False) -> Outcome:
     """Facets, outlines, triangulation: what needs no wide tolerance."""
     passed_on = _passed_on(mesh)
-    welded, moved = _welded(mesh, passed_on, options.weld)
+    looks = Looks(mesh, options)
+    welded, moved = _welded(mesh, passed_on, options.weld, looks.layers())
     points = welded.points
     part = mesh.part_of_face[welded.source]
     pinned = passed_on[part]
@@ -191,18 +192,32 @@ def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bo
     width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
     rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
     faces, halfedges, turned = _oriented(welded, rows, pinned, width)
-    label = np.where(pinned, np.int32(-1), part)
-    facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle, math.sqrt(within**2 - width**2))
+    surface = Surface(points, faces, halfedges, rows, welded.source, part)
+
+    def find(label: Indices) -> _core.Facets:
+        fold = math.sqrt(within**2 - width**2)
+        return _core.find_facets(points, faces, halfedges, label, origin, width, needle, fold)
+
+    label = looks.labels(surface, pinned, needle)
+    facets = find(label)
+    charted = looks.charts(surface, *_core.group_faces(facets))
+    if charted is not None and len(charted.maps) > len(facets.planes):
+        label = np.where(pinned, np.int32(-1), charted.of_face)
+        facets = find(label)
     frozen = np.zeros(len(facets.planes), np.uint8)
     frozen[facets.facet_of_face[pinned]] = 1
     assembled = climb(points, faces, halfedges, facets, within, frozen)
-    part_of_facet = _of_facet(facets.facet_of_face, part, len(assembled.rung))
-    light, facet_of_light = _in_rows(
-        mesh, assembled.triangles, assembled.facet_of_triangle, assembled.kept, faces, rows, facets.facet_of_face,
-        part_of_facet, welded.source, passed_on,
-    )  # fmt: skip
+    owners = _owners(facets.facet_of_face, part, label, len(assembled.rung))
+    light, facet_of_light, foreign = _in_rows(
+        mesh, assembled.triangles, assembled.facet_of_triangle, assembled.kept, surface, owners, passed_on
+    )
     if moved > 0:
         light.faces = _at_their_points(mesh, light, welded)
+    chart_of_facet, texels = np.zeros(len(assembled.rung), np.int32), 0.0
+    if charted is not None:
+        chart_of_facet[facets.facet_of_face] = charted.of_face
+        texels = float(charted.texels[chart_of_facet[assembled.unchanged == 0]].max(initial=0.0))
+    looks.follow(light, mesh.points, foreign, chart_of_facet[facet_of_light], charted)
     moved += float(assembled.deviation.max(initial=0.0))
     return Outcome(
         light=light,
@@ -218,6 +233,7 @@ def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bo
         before=_counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges),
         after=_counted(assembled.triangles, points, light),
         deviation=moved + slack if moved > 0 or not assembled.unchanged.all() else 0.0,
+        texels=texels,
         degenerate=welded.degenerate,
         duplicate=welded.duplicate,
         turned=turned,
@@ -234,37 +250,49 @@ def _collapsed(
 ) -> Outcome:
     """Edges collapsed, on a mesh that is what facets left; facets are those of the outcome that it is left of."""
     passed_on = _passed_on(mesh)
-    welded = _core.weld(mesh.points, mesh.faces, 0.0)
+    looks = Looks(mesh, options)
+    welded = _core.weld(mesh.points, mesh.faces, 0.0, looks.layers())
     points, faces, part = welded.points, welded.faces, mesh.part_of_face[welded.source]
-    facet_of_face = first.facet_of_light[welded.source]
+    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
     slack = _frame(mesh.box)[2]
     pinned, within = passed_on[part].astype(np.uint8), tolerance - slack
-    needless, dropped = spare(points, faces, part, pinned, within)
+    surface = Surface(points, faces, _core.pair_halfedges(points, faces, rows, 0.0), rows, welded.source, part)
+    label, charted = _charted(looks, surface, pinned != 0)
+    # What a picture is on would be missed, however near the rest is.
+    stays = pinned | looks.textured()[part]
+    needless, dropped = spare(points, faces, part, stays, within)
     decimals = _NONE_MOVES if mesh.quantized else _decimals(tolerance)
-    lids, beside, closed = _lids(points, faces, part, pinned, needless, within, options)
+    lids, beside, closed = _lids(points, faces, label, pinned, needless, within, options)
     given = np.concatenate([np.arange(len(faces), dtype=np.int32), beside])
     left_out = np.concatenate([needless, np.zeros_like(beside, np.uint8)])
-    surface = np.concatenate([faces, lids])
+    closed_faces = np.concatenate([faces, lids])
     found = _core.collapse(
-        points, surface, part[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
+        points, closed_faces, label[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
     )
     if found.deviation > within and len(dropped):
         # What is measured counts: then nothing is dropped.
         dropped, left_out = [], np.zeros_like(left_out)
         found = _core.collapse(
-            points, surface, part[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
+            points, closed_faces, label[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
         )
     changed = found.accepted + found.moved > 0 or len(dropped) > 0 or closed > 0
-    facet = facet_of_face[given[found.source]]
+    # A facet may lie on several charts, so that its rows are sought in each by itself.
+    patches, patch_of_face = np.unique(
+        np.stack([first.facet_of_light[welded.source], label], axis=1), axis=0, return_inverse=True
+    )
+    patch_of_face = patch_of_face.reshape(-1).astype(np.int32)
+    facet_of_patch = np.ascontiguousarray(patches[:, 0])
+    facet_of_face = facet_of_patch[patch_of_face]
+    patch = patch_of_face[given[found.source]]
+    facet = facet_of_patch[patch]
     kept = np.zeros(len(points), np.uint8)
     kept[found.triangles] = 1
-    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
-    part_of_facet = _of_facet(facet_of_face, part, len(first.rung))
-    light, facet_of_light = _in_rows(
-        mesh, found.triangles, facet, kept, faces, rows, facet_of_face, part_of_facet, welded.source, passed_on
-    )
+    owners = _owners(patch_of_face, part, label, len(patches))
+    light, patch_of_light, foreign = _in_rows(mesh, found.triangles, patch, kept, surface, owners, passed_on)
+    facet_of_light = facet_of_patch[patch_of_light]
     if found.moved:
         light.points = _moved(mesh.points, welded.point_of_row, found.points)
+    looks.follow(light, mesh.points, foreign, owners.group_of_facet[patch_of_light], charted)
     shown = np.zeros(len(first.rung), bool)
     shown[facet] = True
     return Outcome(
@@ -281,6 +309,7 @@ def _collapsed(
         before=first.after,
         after=_counted(found.triangles, points, light),
         deviation=found.deviation + slack if changed else 0.0,
+        texels=float(charted.texels.max(initial=0.0)) if charted is not None and changed else 0.0,
         dropped=dropped,
         closed=closed,
     )
@@ -314,16 +343,36 @@ def _passed_on(mesh: Mesh) -> NDArray[np.bool_]:
     return np.array([bool(part.fixed) for part in mesh.parts], bool)
 
 
-def _of_facet(facet_of_face: Indices, part: Indices, count: int) -> Indices:
-    """Part of each facet."""
-    part_of_facet = np.zeros(count, np.int32)
+def _charted(looks: Looks, surface: Surface, pinned: NDArray[np.bool_]) -> tuple[Indices, Charted | None]:
+    """What no collapse may cross: labels, cut into charts where something is interpolated."""
+    label = looks.labels(surface, pinned, 0.0)
+    order = np.argsort(label, kind="stable").astype(np.int32)
+    start = np.searchsorted(label[order], np.arange(label.min(initial=0), label.max(initial=0) + 2)).astype(np.int32)
+    charted = looks.charts(surface, start, order)
+    return (label, None) if charted is None else (charted.of_face, charted)
+
+
+@dataclass
+class _Owners:
+    """What faces and facets belong to; a group is what no facet may leave."""
+
+    facet_of_face: Indices
+    part_of_facet: Indices
+    group_of_facet: Indices
+
+
+def _owners(facet_of_face: Indices, part: Indices, group: Indices, count: int) -> _Owners:
+    part_of_facet, group_of_facet = np.zeros(count, np.int32), np.zeros(count, np.int32)
     part_of_facet[facet_of_face] = part
-    return part_of_facet
+    group_of_facet[facet_of_face] = group
+    return _Owners(facet_of_face, part_of_facet, group_of_facet)
 
 
-def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[_core.Welded, float]:
+def _welded(
+    mesh: Mesh, passed_on: NDArray[np.bool_], distance: float, layers: Indices | None
+) -> tuple[_core.Welded, float]:
     """A mesh with near points joined, and how far that moved one; corners of parts that are passed on stay."""
-    welded = _core.weld(mesh.points, mesh.faces, distance)
+    welded = _core.weld(mesh.points, mesh.faces, distance, layers)
     if welded.moved == 0.0 or not passed_on.any():
         return welded, welded.moved
     stays = np.zeros(len(mesh.points), bool)
@@ -335,7 +384,7 @@ def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[
     at[stays] = mesh.points[stays]
     moved = float(np.sqrt(((at - mesh.points)[used] ** 2).sum(axis=1).max()))
     # What is where it shall be is welded exactly: points are in lexicographic order again.
-    return _core.weld(at, mesh.faces, 0.0), moved
+    return _core.weld(at, mesh.faces, 0.0, layers), moved
 
 
 def _nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_]) -> tuple[Indices, Indices]:
@@ -379,7 +428,7 @@ def _looked_up(
 
 def counted(mesh: Mesh, options: Options) -> Counts:
     """A mesh in numbers, as `simplify_mesh` counts before it does anything."""
-    welded, _ = _welded(mesh, _passed_on(mesh), options.weld)
+    welded, _ = _welded(mesh, _passed_on(mesh), options.weld, Looks(mesh, options).layers())
     count = len(welded.points)
     return _counts(count, len(mesh.faces), *_core.count_edges(welded.faces, count))
 
@@ -427,30 +476,36 @@ def _in_rows(
     triangles: Faces,
     facet: Indices,
     kept: Flags,
-    faces: Faces,
-    rows: _core.Rows,
-    facet_of_face: Indices,
-    part_of_facet: Indices,
-    source: Indices,
+    surface: Surface,
+    owners: _Owners,
     passed_on: NDArray[np.bool_],
-) -> tuple[Light, Indices]:
-    """The result in rows of the mesh, and its facets; parts that are passed on keep their faces to the letter."""
-    found = _core.find_rows(triangles, facet, faces, rows, facet_of_face, part_of_facet, kept)
-    face_of_facet = np.zeros(len(part_of_facet), np.int32)
-    face_of_facet[facet_of_face] = source
+) -> tuple[Light, Indices, Indices]:
+    """The result in rows of the mesh, its facets, and the corners whose rows are those of another group.
+
+    Parts that are passed on keep their faces to the letter.
+    """
+    found, foreign = _core.find_rows(
+        triangles, facet, surface.faces, surface.rows, owners.facet_of_face, owners.group_of_facet,
+        owners.part_of_facet, kept,
+    )  # fmt: skip
+    face_of_facet = np.zeros(len(owners.part_of_facet), np.int32)
+    face_of_facet[owners.facet_of_face] = surface.source
     row = np.arange(len(mesh.points), dtype=np.int32)
-    if not passed_on.any() and len(passed_on) == 1:
-        return Light(mesh.points, found, np.zeros(len(found), np.int32), row, face_of_facet[facet]), facet
-    part_of_triangle = part_of_facet[facet]
-    fresh = ~passed_on[part_of_triangle]
+    part = owners.part_of_facet[facet]
+    if not passed_on.any():
+        return Light(mesh.points, found, part, row, face_of_facet[facet]), facet, foreign
+    fresh = ~passed_on[part]
+    place = np.cumsum(fresh) - 1
+    foreign = foreign[fresh[foreign // 3]]
+    foreign = (3 * place[foreign // 3] + foreign % 3).astype(np.int32)
     untouched = passed_on[mesh.part_of_face]
     facet_of_input = np.full(len(mesh.faces), -1, np.int32)
-    facet_of_input[source] = facet_of_face
+    facet_of_input[surface.source] = owners.facet_of_face
     light = Light(
         mesh.points,
         np.concatenate([found[fresh], mesh.faces[untouched]]),
-        np.concatenate([part_of_triangle[fresh], mesh.part_of_face[untouched]]),
+        np.concatenate([part[fresh], mesh.part_of_face[untouched]]),
         row,
         np.concatenate([face_of_facet[facet[fresh]], np.flatnonzero(untouched).astype(np.int32)]),
     )
-    return light, np.concatenate([facet[fresh], facet_of_input[untouched]])
+    return light, np.concatenate([facet[fresh], facet_of_input[untouched]]), foreign

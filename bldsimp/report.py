@@ -111,6 +111,8 @@ class Report:
     rounding : float
         Greatest distance by which writing moved a point.
     before, after : Counts
+    texels : float or None
+        Certified bound of how far a texture has moved on its wall, along u or v; None where nothing is textured.
     facets : int
     rungs : dict of str to int
         Facets on each rung of the ladder, best rung first.
@@ -142,6 +144,7 @@ class Report:
     deviation: float = 0.0
     epsilon: float = 0.0
     rounding: float = 0.0
+    texels: float | None = None
     facets: int = 0
     rungs: dict[str, int] = field(default_factory=dict)
     reasons: dict[str, int] = field(default_factory=dict)
@@ -215,9 +218,10 @@ def _surface(report: Report) -> str:
     before, after = words[report.before.watertight], words[report.after.watertight]
     closed = before if before == after else f"{before} -> {after}"
     written = f", of which {report.rounding:.3g} is rounding on writing" if report.rounding else ""
+    textures = "" if report.texels is None else f", textures moved by at most {report.texels:.2g} texels"
     return (
         f"surface    deviation at most {report.deviation:.3g}{written}"
-        f" (tolerance {report.tolerance:.3g}, diagonal {report.diagonal:.6g}), {closed}"
+        f" (tolerance {report.tolerance:.3g}, diagonal {report.diagonal:.6g}), {closed}{textures}"
     )
 
 

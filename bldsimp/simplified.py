@@ -193,7 +193,7 @@ def simplify_meshes(
             outcome.before = counted(mesh, local)
             outcome.dropped = small + outcome.dropped
         outcomes.append(outcome)
-        _tell(report, mesh, outcome, stretch)
+        _tell(report, mesh, outcome, options, stretch)
         for part in mesh.parts:
             if part.fixed:
                 report.passed_on.append(PassedOn(part.name, f"carries {', '.join(part.fixed)}"))
@@ -217,9 +217,11 @@ def _without_small(
     return meshes, dropped
 
 
-def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
+def _tell(report: Report, mesh: Mesh, outcome: Outcome, options: Options, stretch: float) -> None:
     """Add one mesh to the report."""
     report.deviation = max(report.deviation, outcome.deviation * stretch)
+    if any(one.kind == "uv" for one in mesh.attributes) and options.keeps("uv"):
+        report.texels = max(report.texels or 0.0, outcome.texels)
     for total, own in ((report.before, outcome.before), (report.after, outcome.after)):
         for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
             setattr(total, name, getattr(total, name) + getattr(own, name))

@@ -5,10 +5,10 @@
 
 namespace bldsimp {
 
-std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                            std::span<const Face> faces, const Rows& rows,
-                            std::span<const Index> facet_of_face, std::span<const Index> part_of_facet,
-                            std::span<const std::uint8_t> kept) {
+FoundRows find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
+                    std::span<const Face> faces, const Rows& rows, std::span<const Index> facet_of_face,
+                    std::span<const Index> group_of_facet, std::span<const Index> part_of_facet,
+                    std::span<const std::uint8_t> kept) {
   const auto key = [](Index facet, Index point) {
     return static_cast<std::uint64_t>(facet) << 32 | static_cast<std::uint32_t>(point);
   };
@@ -26,19 +26,26 @@ std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Ind
     return least;
   };
   const auto of_facet = least_by([&](std::size_t f) { return facet_of_face[f]; });
-  std::unordered_map<std::uint64_t, Index> of_part;
-  std::vector<Face> result(triangles.size());
+  std::unordered_map<std::uint64_t, Index> of_group, of_part;
+  FoundRows found{std::vector<Face>(triangles.size()), {}};
   for (std::size_t t = 0; t < triangles.size(); ++t)
     for (int i = 0; i < 3; ++i) {
       const Index facet = facet_of_triangle[t], point = triangles[t][i];
+      Index& row = found.rows[t][i];
       if (const auto at = of_facet.find(key(facet, point)); at != of_facet.end()) {
-        result[t][i] = at->second;
+        row = at->second;
+        continue;
+      }
+      if (of_group.empty()) of_group = least_by([&](std::size_t f) { return group_of_facet[facet_of_face[f]]; });
+      if (const auto at = of_group.find(key(group_of_facet[facet], point)); at != of_group.end()) {
+        row = at->second;
         continue;
       }
       if (of_part.empty()) of_part = least_by([&](std::size_t f) { return part_of_facet[facet_of_face[f]]; });
-      result[t][i] = of_part.at(key(part_of_facet[facet], point));
+      row = of_part.at(key(part_of_facet[facet], point));
+      found.foreign.push_back(static_cast<Index>(3 * t + i));
     }
-  return result;
+  return found;
 }
 
 }  // namespace bldsimp
