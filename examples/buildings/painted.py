@@ -23,7 +23,7 @@ WALLS = [
     (60, 104, 78), (150, 128, 92),
 ]  # fmt: skip
 BRICKS = [(172, 84, 60), (160, 74, 52), (184, 96, 70), (148, 66, 48), (206, 198, 186)]
-TILES = [(138, 62, 48), (126, 54, 42), (150, 72, 56), (84, 36, 30), (166, 88, 70)]
+TILES = [(178, 88, 64), (166, 78, 58), (190, 100, 74), (112, 52, 42), (204, 120, 92)]
 SIGNS = [(34, 52, 92), (244, 232, 190), (214, 160, 60), (0, 0, 0, 0)]
 LIGHTS = [(17 * level,) * 3 for level in range(16)]
 
@@ -52,7 +52,7 @@ def facade() -> bytes:
     for name, lefts in (("front", (0.9, 3.3, 7.5, 9.8)), ("back", (1.0, 3.3, 6.4, 9.4)), ("west", (1.3, 6.1)),
                         ("east", (1.3, 6.1)), ("wing", (0.7,))):  # fmt: skip
         for left in lefts:
-            window(pixels, ISLANDS[name], left, 1.0, 1.35, 1.25)
+            window(pixels, ISLANDS[name], left, 0.9, 1.35, 1.2)
     for name in ("west", "east"):
         window(pixels, ISLANDS[name], 3.8, 3.6, 1.4, 1.3)
     left, bottom, right, top = DOOR

@@ -23,10 +23,10 @@ DOOR = (5.4, PLINTH + 0.05, 6.6, 2.6)
 
 WING_WIDTH, WING_DEPTH, WING_LOW, WING_HIGH = 3.0, 5.0, 2.4, 3.0
 TERRACE = ((3.5, -2.8, 0.0), (8.5, 0.0, PLINTH))
-SIGN = ((7.6, -0.02, 2.3), (10.8, 3.1))
+SIGN = ((7.7, -0.02, 2.25), (10.5, 2.95))
 """Its lower left corner, and where its right and upper sides are; it hangs before the front wall."""
 
-ATLAS = (512, 352)
+ATLAS = (512, 392)
 """Columns and rows of the picture of the walls; texels."""
 
 TEXELS = 28.0
@@ -49,8 +49,8 @@ class Island:
 ISLANDS = {
     "front": Island(4, 96, LENGTH, WALL),
     "back": Island(4, 191, LENGTH, WALL),
-    "west": Island(2, 348, DEPTH, 5.4),
-    "east": Island(258, 348, DEPTH, 5.4),
+    "west": Island(2, 389, DEPTH, RIDGE),
+    "east": Island(258, 389, DEPTH, RIDGE),
     "wing": Island(348, 88, WING_WIDTH, WING_HIGH),
 }
 
