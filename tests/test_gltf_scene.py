@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import CASES
-from gltf_scene import scene_of
+from gltf_cases import CASES, bounded, textured
+from gltf_scene import Contents, scene_of
 from khronos import assert_no_new_issues
-from shapes import write
+from shapes import Gltf, box, write
 
-from bldsimp import Options, Report, simplify_scene
+from bldsimp import Options, Report, simplify, simplify_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 
@@ -27,7 +27,7 @@ def lightened(source: Path, target: Path, options: Options = Options()) -> Repor
     """Simplify a file."""
     scene = read(source, source.suffix[1:])
     lights, report = simplify_scene(scene, options)
-    write_scene(scene, lights, target, target.suffix[1:], options)
+    report.after.bytes = write_scene(scene, lights, target, target.suffix[1:], options).bytes
     return report
 
 
@@ -60,6 +60,8 @@ def test_models_come_out_as_they_went_in(name: str, models: Path, tmp_path: Path
     report = lightened(source, target)
     assert not report.passed_on
     assert_same_scene(scene_of(source), scene_of(target))
+    assert report.after.bytes <= report.before.bytes
+    assert target.stat().st_size <= source.stat().st_size
     others = [tmp_path / f"other.{suffix}" for suffix in ("glb", "gltf")]
     for other in others:
         lightened(source, other)
@@ -95,6 +97,42 @@ def test_a_window_used_five_hundred_times_is_simplified_once(name: str, tmp_path
     scene = read(target, "glb")
     assert [len(mesh.transforms) for mesh in scene.meshes] == [500]
     assert np.array_equal(scene.meshes[0].transforms, read(source, "glb").meshes[0].transforms)
+
+
+class TestNothingToGain:
+    def test_what_loses_nothing_keeps_its_accessors(self, tmp_path: Path) -> None:
+        document = Gltf()
+        points, faces = simplify(box()).mesh
+        names = {"POSITION": bounded(document, points), "COLOR_0": document.accessor(np.ones((8, 3)))}
+        # Bytes serve for so few vertices, but are not what is written anew.
+        document.mesh({"attributes": names, "indices": document.accessor(faces[::-1].reshape(-1), "u1")})
+        document.mesh(textured(document, shift=5.0))
+        source, target = write(tmp_path / "in.glb", document.glb()), tmp_path / "out.glb"
+        lightened(source, target)
+        before, after = Contents(source), Contents(target)
+        primitives = [one.json["meshes"][0]["primitives"][0] for one in (before, after)]
+        for number, other in zip(*(slots(one) for one in primitives), strict=True):
+            assert {**before.json["accessors"][number], "bufferView": 0} == {
+                **after.json["accessors"][other], "bufferView": 0
+            }  # fmt: skip
+            assert np.array_equal(before.values(number), after.values(other))
+        assert len(after.values(after.json["meshes"][1]["primitives"][0]["indices"])) == 36
+
+    def test_meshes_of_the_same_numbers_share_them(self, tmp_path: Path) -> None:
+        document = Gltf()
+        red, blue = textured(document), textured(document, name="blue")
+        document.mesh(red)
+        document.mesh({**red, "material": blue["material"]}, node={"translation": [9, 0, 0]})
+        source, target = write(tmp_path / "in.glb", document.glb()), tmp_path / "out.glb"
+        lightened(source, target)
+        one, other = (mesh["primitives"][0] for mesh in Contents(target).json["meshes"])
+        assert slots(one) == slots(other)
+        assert_same_scene(scene_of(source), scene_of(target))
+
+
+def slots(primitive: dict[str, Any]) -> list[int]:
+    """Accessors of a primitive."""
+    return [*primitive["attributes"].values(), primitive["indices"]]
 
 
 class TestSeveralBuffers:

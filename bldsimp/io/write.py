@@ -106,7 +106,6 @@ def write(
     for extra in fresh:
         if extra != main and extra.exists() and not overwrite:
             raise OutputError(f"{extra}: exists and differs: give --overwrite to replace it")
-    written.bytes = sum(map(len, files.values()))
     replace_files(fresh)
     return written
 
@@ -190,9 +189,11 @@ def _gltf_files(
         written.vertices, written.rounding, written.after = made.vertices, made.rounding, made.after
         _warn_of_rounding(scene, "glTF", made.fallen, written)
         written.warnings += gltf_losses(scene, options)
+    # Pictures beside the document count neither before nor after.
+    stays = [entry["byteLength"] for entry in json_.get("buffers", []) if "uri" in entry and not _is_inside(entry)]
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
-        written.bytes = len(data)
+        written.bytes = len(data) + sum(stays)
         return {**beside, main: data}
     if chunks:
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
@@ -205,8 +206,12 @@ def _gltf_files(
         if not embedded:
             beside[main.with_name(name)] = binary
     data = gltf_text(json_, compact=False)
-    written.bytes = len(data)
+    written.bytes = len(data) + sum(stays) + (0 if embedded else len(binary))
     return {**beside, main: data}
+
+
+def _is_inside(buffer: dict[str, Any]) -> bool:
+    return str(buffer["uri"]).startswith("data:")
 
 
 def _buffer_name(scene: Scene, main: Path, json_: dict[str, Any]) -> str:
