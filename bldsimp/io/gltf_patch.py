@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InternalError
-from ..normals import shading
+from ..normals import shaded
 from ..options import Options
 from ..rows import distinct_rows
 from ..scene import Light, Mesh, Scene
@@ -77,7 +77,7 @@ def _replace_mesh(
     """Replace the simplified primitives of one mesh; the number of its vertices."""
     source: GltfMesh = mesh.source
     primitives = json_["meshes"][source.index]["primitives"]
-    normals = shading(mesh, light, options)
+    light, normals = shaded(mesh, light, options)
     made = options.normals == "smooth"
     groups: dict[Rows, list[int]] = {}
     untouched = np.zeros(len(mesh.parts), bool)
