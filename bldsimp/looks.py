@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from . import _core
 from .options import COLOR_TOLERANCE, Options
 from .rows import distinct_rows
-from .scene import Attribute, Faces, Flags, Indices, Light, Mesh, Points
+from .scene import Attribute, Faces, Indices, Light, Mesh, Points
 
 INTERPOLATED = ("uv", "color")
 """Kinds of attributes that change over a face."""

@@ -38,28 +38,29 @@ def _missing(kind: str, name: str) -> str:
 def copies(
     json_: dict[str, Any], source: Path | None, target: Path, warnings: list[str]
 ) -> dict[Path, bytes]:
-    """Images that a document names, for the folder that it moves to.
+    """Images and buffers that a document names, for the folder that it moves to.
 
     A reference out of the folder is made relative to the new one instead.
     """
     if source is None or source.parent.resolve() == target.parent.resolve():
         return {}
     found: dict[Path, bytes] = {}
-    for image in json_.get("images", []):
-        uri = image.get("uri", "")
+    named = [("image", entry) for entry in json_.get("images", [])]
+    for kind, entry in [*named, *(("buffer", entry) for entry in json_.get("buffers", []))]:
+        uri = entry.get("uri", "")
         if not uri or uri.startswith("data:") or "://" in uri:
             continue
         name = Path(unquote(uri))
         path = beneath(source.parent, unquote(uri))
         if name.is_absolute() or ".." in name.parts:
-            image["uri"] = quote(Path(os.path.relpath(source.parent / name, target.parent)).as_posix())
+            entry["uri"] = quote(Path(os.path.relpath(source.parent / name, target.parent)).as_posix())
         elif path is None:
-            warnings.append(_missing("image", unquote(uri)))
+            warnings.append(_missing(kind, unquote(uri)))
         elif (target.parent / name).parent.is_dir() or name.parent == Path():
             found[target.parent / name] = path.read_bytes()
         else:
             found[target.parent / name.name] = path.read_bytes()
-            image["uri"] = quote(name.name)
+            entry["uri"] = quote(name.name)
     return found
 
 

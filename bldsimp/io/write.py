@@ -7,7 +7,7 @@ import dataclasses
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 from urllib.parse import quote, unquote
 
 from ..errors import OutputError, UsageError
@@ -168,15 +168,18 @@ def _gltf_files(
     chunks: list[tuple[int, bytes]] = []
     embedded = piped
     if isinstance(scene.source, Document):
+        inside = piped or (format_ == "glb" and scene.format == "gltf")
         try:
-            json_, binary, written.vertices = patched(scene, lights, options, written.warnings)
+            json_, binary, written.vertices = patched(
+                scene, lights, options, written.warnings, whole=inside, first=format_ == "glb"
+            )
         except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
             # What no mesh uses is not looked at before the document is put together again.
             what = f"{type(error).__name__}: {error}"
             raise OutputError(f"the input's glTF JSON is not as the format asks ({what}): it is damaged") from error
         chunks = scene.source.chunks
         embedded |= scene.source.embedded
-        if piped or (format_ == "glb" and scene.format == "gltf"):
+        if inside:
             binary = embedded_images(json_, binary, scene.path, format_, written.warnings)
         else:
             beside = copies(json_, scene.path, main, written.warnings)
@@ -192,11 +195,12 @@ def _gltf_files(
         return {**beside, main: data}
     if chunks:
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
-    if json_.get("buffers"):
-        name = _buffer_name(scene, main)
-        inside = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
-        uri = inside if embedded else quote(name)
-        json_["buffers"][0] = {"uri": uri, **json_["buffers"][0]}
+    for number, entry in enumerate(json_.get("buffers", [])):
+        if "uri" in entry:
+            continue
+        name = _buffer_name(scene, main, json_)
+        uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else quote(name)
+        json_["buffers"][number] = {"uri": uri, **entry}
         if not embedded:
             beside[main.with_name(name)] = binary
     data = gltf_text(json_, compact=False)
@@ -204,19 +208,29 @@ def _gltf_files(
     return {**beside, main: data}
 
 
-def _buffer_name(scene: Scene, main: Path) -> str:
-    """The buffer's file: the source's own where the document is written over itself."""
+def _buffer_name(scene: Scene, main: Path, json_: dict[str, Any]) -> str:
+    """The buffer's file: the source's own where the document is written over itself, else one that is not there yet."""
     own = main.stem + ".bin"
     if scene.path is None or not isinstance(scene.source, Document):
         return own
-    uris = [str(entry.get("uri", "")) for entry in scene.source.items("buffers")]
-    beside = [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
+    before, kept = _beside(scene.source.json), _beside(json_)
+    taken = {(main.parent / name).resolve() for name in kept}
     if scene.path.resolve() == main.resolve():
-        return beside[0] if len(beside) == 1 and "/" not in beside[0] else own
-    # The input must still be whole afterwards.
-    while any((scene.path.parent / name).resolve() == main.with_name(own).resolve() for name in beside):
+        gone = [name for name in before if name not in kept]
+        if len(gone) == 1 and "/" not in gone[0]:
+            return gone[0]
+    else:
+        # The input must still be whole afterwards.
+        taken |= {(scene.path.parent / name).resolve() for name in before}
+    while main.with_name(own).resolve() in taken:
         own = f"light_{own}"
     return own
+
+
+def _beside(json_: dict[str, Any]) -> list[str]:
+    """Files of a document's buffers."""
+    uris = [str(entry.get("uri", "")) for entry in json_.get("buffers", [])]
+    return [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
 
 
 def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
