@@ -57,7 +57,8 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
         found.append(f"{upper} holds no instances: each was written out")
     materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
     if format_ == "obj":
-        return found
+        left = dict.fromkeys(key for one in materials if one is not None for key in one.left)
+        return found + ([f"MTL does not hold {', '.join(left)} of materials: lost"] if left else [])
     named = [one for one in materials if one is not None and not (format_ == "ply" and _is_texture(one))]
     if named or (len(materials) > 1 and not (format_ == "ply" and scene.format == "ply")):
         found.append(f"{upper} holds no parts or materials: those of {_count(len(materials), 'part')} are lost")

@@ -13,6 +13,7 @@ from ..normals import shaded
 from ..options import Options
 from ..scene import Attribute, Faces, Indices, Light, Mesh, Part, Points
 from ..tolerance import placed
+from .surface import UvMap, material_of
 
 
 @dataclass
@@ -97,24 +98,49 @@ def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
     return dataclasses.replace(one, points=placed(one.points, transform), normals=normals, faces=faces)
 
 
+def as_shown(one: Sheet) -> Sheet:
+    """A sheet whose first UV set is what colour textures show as it is: other formats have but one, and no map of it."""
+    maps = [UvMap() if (own := material_of(part)) is None else own.uv_map for part in one.parts]
+    if all(maps[part] == UvMap() for part in np.unique(one.part)):
+        return one
+    one = _by_corners(one)
+    part = np.repeat(one.part, 3)
+    uv = np.full((len(one.points), 2), np.nan)
+    for number, own in enumerate(maps):
+        values = one.values(f"TEXCOORD_{own.set}")
+        if values is not None:
+            rows = np.flatnonzero(part == number)
+            matrix = np.array(own.matrix).reshape(2, 3)
+            uv[rows] = values[rows] if own.matrix == UvMap().matrix else values[rows] @ matrix[:, :2].T + matrix[:, 2]
+    first = Attribute("TEXCOORD_0", "uv", uv, np.ones((len(one.parts), 2)))
+    return dataclasses.replace(one, attributes=[first, *(a for a in one.attributes if a.name != "TEXCOORD_0")])
+
+
 def spread(one: Sheet) -> Sheet:
     """A sheet whose faces hand what they carry to their corners, each corner a row, where no row carries the same."""
     there = {own.name for own in one.attributes if not own.on_faces}
     on_faces = [own for own in one.attributes if own.on_faces and own.name.removeprefix(FACE) not in there]
     if not on_faces:
         return one
-    corners = one.faces.reshape(-1)
-    attributes = [dataclasses.replace(own, values=own.values[corners]) for own in one.attributes if not own.on_faces]
-    attributes += [
+    handed = [
         dataclasses.replace(
             own, name=own.name.removeprefix(FACE), values=np.repeat(own.values, 3, axis=0), on_faces=False
         )
         for own in on_faces
     ]
+    one = _by_corners(one)
+    return dataclasses.replace(one, attributes=[own for own in one.attributes if not own.on_faces] + handed)
+
+
+def _by_corners(one: Sheet) -> Sheet:
+    """A sheet with a row for each corner of each face."""
+    corners = one.faces.reshape(-1)
     return dataclasses.replace(
         one,
         points=one.points[corners],
         normals=None if one.normals is None else one.normals[corners],
-        attributes=attributes,
+        attributes=[
+            own if own.on_faces else dataclasses.replace(own, values=own.values[corners]) for own in one.attributes
+        ],
         faces=np.arange(len(corners), dtype=np.int32).reshape(-1, 3),
     )

@@ -41,6 +41,14 @@ class Polygons:
 
 
 @dataclass(frozen=True)
+class UvMap:
+    """Which UV set a texture reads, and the affine map that leads from it to the texture, v upwards: by rows."""
+
+    set: int = 0
+    matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Material:
     """The little of a material that every format knows.
 
@@ -57,6 +65,10 @@ class Material:
         How many times a texture is repeated along u and v, at most.
     image : bytes or None
         The colour texture, where no file holds it.
+    uv_map : UvMap
+        How its textures read UV.
+    left : tuple of str
+        What else it has, which is not here.
     """
 
     name: str
@@ -65,6 +77,8 @@ class Material:
     others: tuple[tuple[str, str], ...] = ()
     stretch: tuple[float, float] = (1.0, 1.0)
     image: bytes | None = None
+    uv_map: UvMap = UvMap()
+    left: tuple[str, ...] = ()
 
     @property
     def textures(self) -> list[str]:

@@ -26,7 +26,7 @@ from .plain_write import off_text, ply_bytes, stl_bytes
 from .off import OffFormat
 from .ply import PlyFormat
 from .rounding import counts_in_single, fallen_together, single_rounding
-from .sheet import Sheet, instance, sheet, spread
+from .sheet import Sheet, as_shown, instance, sheet, spread
 from .target import replace_files
 
 WRITABLE = ("glb", "gltf", "obj", "ply", "off", "stl")
@@ -139,6 +139,7 @@ def _files(
     written.warnings += losses(scene, sheets, format_)
     if format_ == "ply":
         pictured = Pictured(scene, main, written.warnings)
+        sheets = [as_shown(one) for one in sheets]
         textures = pictured.textures(sheets)
         data, written.vertices = ply_bytes(sheets, _ply_format(scene, sheets, written), textures)
         written.bytes = len(data)
@@ -236,7 +237,7 @@ def _beside(json_: dict[str, Any]) -> list[str]:
 def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
     """An OBJ file, and the material library and textures beside it."""
     pictured = Pictured(scene, main, written.warnings)
-    sheets = [spread(one) for one in sheets]
+    sheets = [spread(as_shown(one)) for one in sheets]
     data, written.vertices = obj_text(sheets, *pictured.libraries(sheets, material_library))
     written.warnings += losses(scene, sheets, "obj")
     written.bytes = len(data)
