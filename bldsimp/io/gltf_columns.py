@@ -52,7 +52,7 @@ def columns(
     used : (n,) int64
         Rows of the result that the primitives use.
     normals : (r, 3) float64 or None
-        One for each row of the result, see `shading`.
+        One for each row of the result, see `shaded`.
     options : Options
     """
     row = light.row[used]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..normals import shading
+from ..normals import shaded
 from ..options import Options
 from ..rows import distinct_rows
 from ..scene import Light, Mesh, Scene
@@ -82,7 +82,7 @@ class _Patch:
 
 def _replace_mesh(patch: _Patch, mesh: Mesh, light: Light) -> int:
     """Replace the simplified primitives of one mesh; the number of its vertices."""
-    normals = shading(mesh, light, patch.options)
+    light, normals = shaded(mesh, light, patch.options)
     groups: dict[Rows, list[int]] = {}
     for number, part in enumerate(mesh.parts):
         if not part.fixed:
