@@ -29,7 +29,7 @@ def halves(seed: int, amount: float = 0.01) -> tuple[np.ndarray, np.ndarray, np.
 
 def simplified(seed: int, carried: tuple[tuple[str, ...], tuple[str, ...]]) -> tuple[Mesh, Light, Report]:
     points, faces, part = halves(seed)
-    parts = [Part(str(number), names) for number, names in enumerate(carried)]
+    parts = [Part(str(number), fixed=names) for number, names in enumerate(carried)]
     mesh = Mesh("box", points, faces, part, parts)
     lights, report = simplify_scene(Scene(None, "arrays", [mesh], 0), WELD)
     return mesh, lights[0], report

@@ -1,4 +1,4 @@
-"""What the vertices of simplified glTF primitives hold: numbers as the file has them, changed ones as near as it can."""
+"""What the vertices of simplified glTF primitives hold: numbers as stored, changed ones rounded to the stored type."""
 
 from __future__ import annotations
 
