@@ -269,9 +269,7 @@ def _notes(report: Report) -> list[str]:
         )
     dropped = report.before.points - report.after.points
     if dropped < LITTLE_DROPPED * report.before.points:
-        if report.passed_on:
-            notes.append("little could be dropped: --drop-attributes simplifies the parts passed on, too")
-        elif not coarse and report.diagonal > 0.0:
+        if not report.passed_on and not coarse and report.diagonal > 0.0:
             more = max(1e-3 * report.diagonal, 10.0 * report.tolerance)
             notes.append(
                 f"little could be dropped: a larger tolerance, say --tolerance {more:.1g}, may drop more,"
