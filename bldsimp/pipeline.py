@@ -149,7 +149,7 @@ def simplify_mesh(
     tolerance : float
         How far any point of the surface may move; model units of the mesh's own frame.
     options : Options
-        `weld` (model units of the mesh's own frame) and `drop_attributes`.
+        `weld` (model units of the mesh's own frame) and `delimit`.
     with_layout : bool
         Keep what another triangulation of the same facets needs.
     progress : Progress, optional

@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from .scene import MOST_NAMED
+from .scene import MOST_NAMED, Part
 
 SCHEMA = "bldsimp.report/1"
 """Name and version of the JSON; the number rises when a field changes its meaning or goes."""
@@ -69,6 +69,11 @@ class PassedOn:
 
     name: str
     reason: str
+
+
+def passed_on(part: Part) -> PassedOn:
+    """Why a part is left untouched."""
+    return PassedOn(part.name, f"carries {', '.join(part.fixed)}")
 
 
 @dataclass

@@ -21,7 +21,7 @@ from .errors import InputError
 from .number_format import number_format
 from .options import Options, Tolerance, check_length, parse_tolerance
 from .pipeline import Outcome, counted, simplify_mesh
-from .report import DroppedPart, PassedOn, Report
+from .report import DroppedPart, Report, passed_on
 from .rings import rings_of
 from .rows import distinct_rows
 from .scene import MOST_NAMED, Light, Mesh, Part, Points, Scene, check_finite
@@ -226,9 +226,7 @@ def simplify_meshes(
             outcome.dropped = small + outcome.dropped
         outcomes.append(outcome)
         _tell(report, mesh, outcome, options, stretch)
-        for part in mesh.parts:
-            if part.fixed:
-                report.passed_on.append(PassedOn(part.name, f"carries {', '.join(part.fixed)}"))
+        report.passed_on += [passed_on(part) for part in mesh.parts if part.fixed]
     report.before.watertight = all(outcome.before.watertight for outcome in outcomes)
     report.after.watertight = all(outcome.after.watertight for outcome in outcomes)
     report.seconds = time.perf_counter() - start

@@ -170,7 +170,7 @@ def of_meshes(meshes: list[solids.Shape]) -> int:
 def before_and_after(path: Path, tolerance: Tolerance) -> tuple[int, int, int]:
     """Pairs that cross in a model and in its result, and the points of that."""
     scene = read(path, path.suffix[1:].lower())
-    lights, report = simplify_scene(scene, Options(tolerance=tolerance, drop_attributes=True))
+    lights, report = simplify_scene(scene, Options(tolerance=tolerance, delimit=frozenset()))
     before = of_meshes([(mesh.points, mesh.faces) for mesh in scene.meshes])
     return before, of_meshes([(light.points, light.faces) for light in lights]), report.after.points
 
