@@ -248,12 +248,6 @@ def _collapsed(
     found = _core.collapse(
         points, surface, part[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
     )
-    if found.deviation > within and len(dropped):
-        # What is measured counts: then nothing is dropped.
-        dropped, left_out = [], np.zeros_like(left_out)
-        found = _core.collapse(
-            points, surface, part[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
-        )
     changed = found.accepted + found.moved > 0 or len(dropped) > 0 or closed > 0
     facet = facet_of_face[given[found.source]]
     kept = np.zeros(len(points), np.uint8)
