@@ -270,12 +270,6 @@ def _collapsed(
     found = _core.collapse(
         points, closed_faces, label[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
     )
-    if found.deviation > within and len(dropped):
-        # What is measured counts: then nothing is dropped.
-        dropped, left_out = [], np.zeros_like(left_out)
-        found = _core.collapse(
-            points, closed_faces, label[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
-        )
     changed = found.accepted + found.moved > 0 or len(dropped) > 0 or closed > 0
     # A facet may lie on several charts, so that its rows are sought in each by itself.
     patches, patch_of_face = np.unique(
