@@ -1,4 +1,4 @@
-"""Vertex normals of a result: the input's at kept points, ones made anew that are smooth but for creases, or none."""
+"""Vertex normals of a result: the input's at kept points, made anew and smooth but for creases, or none."""
 
 from __future__ import annotations
 
