@@ -213,7 +213,7 @@ def _change(report: Report) -> str:
     pairs = [("points", before.points, after.points), ("triangles", before.triangles, after.triangles)]
     text = ", ".join(f"{name} {a:,} -> {b:,}" for name, a, b in pairs)
     if before.bytes is not None and after.bytes is not None:
-        text += f", {_size(before.bytes)} -> {_size(after.bytes)}"
+        text += f", {size_in_words(before.bytes)} -> {size_in_words(after.bytes)}"
     return f"size       {text}"
 
 
@@ -283,9 +283,9 @@ def _notes(report: Report) -> list[str]:
     return notes
 
 
-def _size(count: int) -> str:
+def size_in_words(count: int) -> str:
     """Bytes for people."""
-    for unit, step in (("MB", 1_000_000), ("kB", 1_000)):
+    for unit, step in (("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1_000)):
         if count >= step:
             return f"{count / step:.3g} {unit}"
     return f"{count} B"

@@ -63,7 +63,7 @@ def _mesh(document: Document, textures: Textures, index: int, bent: tuple[str, .
         key = tuple(sorted(own.items()))
         if key not in shared:
             count = len(document.accessor(own["POSITION"]))
-            shared[key] = Rows(key, rows_so_far, count)
+            shared[key] = Rows(tuple(own.items()), rows_so_far, count)
             rows_so_far += count
         rows = shared[key]
         faces.append(_faces(document, primitive, rows, f"{name}, primitive {number}") + rows.start)

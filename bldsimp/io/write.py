@@ -33,9 +33,6 @@ WRITABLE = ("glb", "gltf", "obj", "ply", "off", "stl")
 """Formats that bldsimp writes."""
 
 
-_COUNTED = (".bin", ".mtl")
-"""Suffixes of files beside the output whose bytes count; images do not, on reading either."""
-
 
 @dataclass
 class Written:
@@ -108,8 +105,6 @@ def write(
     for extra in fresh:
         if extra != main and extra.exists() and not overwrite:
             raise OutputError(f"{extra}: exists and differs: give --overwrite to replace it")
-    counted = (data for extra, data in files.items() if extra == main or extra.suffix in _COUNTED)
-    written.bytes = sum(map(len, counted))
     try:
         for extra in fresh:
             if main.parent.is_dir() and extra != main:
@@ -190,9 +185,11 @@ def _gltf_files(
         written.vertices, written.rounding, written.after = made.vertices, made.rounding, made.after
         _warn_of_rounding(scene, "glTF", made.fallen, written)
         written.warnings += gltf_losses(scene)
+    # Pictures beside the document count neither before nor after.
+    stays = [entry["byteLength"] for entry in json_.get("buffers", []) if "uri" in entry and not _is_inside(entry)]
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
-        written.bytes = len(data)
+        written.bytes = len(data) + sum(stays)
         return {**beside, main: data}
     if chunks:
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
@@ -205,8 +202,12 @@ def _gltf_files(
         if not embedded:
             beside[main.with_name(name)] = binary
     data = gltf_text(json_, compact=False)
-    written.bytes = len(data)
+    written.bytes = len(data) + sum(stays) + (0 if embedded else len(binary))
     return {**beside, main: data}
+
+
+def _is_inside(buffer: dict[str, Any]) -> bool:
+    return str(buffer["uri"]).startswith("data:")
 
 
 def _buffer_name(scene: Scene, main: Path, json_: dict[str, Any]) -> str:
@@ -240,7 +241,9 @@ def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) 
     sheets = [spread(as_shown(one)) for one in sheets]
     data, written.vertices = obj_text(sheets, *pictured.libraries(sheets, material_library))
     written.warnings += losses(scene, sheets, "obj")
-    written.bytes = len(data)
+    # Pictures count neither before nor after.
+    libraries = [library for path, library in pictured.files.items() if path.suffix == ".mtl"]
+    written.bytes = len(data) + sum(map(len, libraries))
     return {**pictured.files, main: data}
 
 
