@@ -35,4 +35,4 @@ fi
 section normals "Walls that look like walls" normals.py
 section startup "From start to end" startup.py
 section models "Every model" models.py
-section models "Every model, textures and colours dropped" models.py --drop-attributes --tolerance auto
+section models "Every model, textures and colours dropped" models.py --delimit none --tolerance auto

@@ -149,7 +149,7 @@ def simplify_mesh(
     tolerance : float
         How far any point of the surface may move; model units of the mesh's own frame.
     options : Options
-        `weld` (model units of the mesh's own frame) and `drop_attributes`.
+        `weld` (model units of the mesh's own frame) and `delimit`.
     with_layout : bool
         Keep what another triangulation of the same facets needs.
     progress : Progress, optional
@@ -212,7 +212,8 @@ def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bo
         mesh, assembled.triangles, assembled.facet_of_triangle, assembled.kept, surface, owners, passed_on
     )
     if moved > 0:
-        light.faces = _at_their_points(mesh, light, welded)
+        light.faces, away = _at_their_points(mesh, light, welded)
+        foreign = np.union1d(foreign, away).astype(np.int32)
     chart_of_facet, texels = np.zeros(len(assembled.rung), np.int32), 0.0
     if charted is not None:
         chart_of_facet[facets.facet_of_face] = charted.of_face
@@ -269,12 +270,6 @@ def _collapsed(
     found = _core.collapse(
         points, closed_faces, label[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
     )
-    if found.deviation > within and len(dropped):
-        # What is measured counts: then nothing is dropped.
-        dropped, left_out = [], np.zeros_like(left_out)
-        found = _core.collapse(
-            points, closed_faces, label[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
-        )
     changed = found.accepted + found.moved > 0 or len(dropped) > 0 or closed > 0
     # A facet may lie on several charts, so that its rows are sought in each by itself.
     patches, patch_of_face = np.unique(
@@ -402,8 +397,11 @@ def _nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_])
     return row[nearest].astype(np.int32), target[nearest].astype(np.int32)
 
 
-def _at_their_points(mesh: Mesh, light: Light, welded: _core.Welded) -> Faces:
-    """Corners by rows that lie where the welded points are, rows of the same part where it has one there."""
+def _at_their_points(mesh: Mesh, light: Light, welded: _core.Welded) -> tuple[Faces, NDArray[np.int64]]:
+    """Corners by rows that lie where the welded points are, and which corners got other rows by that.
+
+    Rows of the same part are taken where it has one there.
+    """
     point = welded.point_of_row.astype(np.int64)
     there = (point >= 0) & (mesh.points == welded.points[point]).all(axis=1)
     stored = there[mesh.faces]
@@ -414,7 +412,7 @@ def _at_their_points(mesh: Mesh, light: Light, welded: _core.Welded) -> Faces:
     anywhere, _ = _looked_up(point[rows], rows, wanted)
     own, found = _looked_up(point[rows] + np.repeat(key, stored.sum(axis=1)), rows, wanted + part_key)
     faces[away] = np.where(found, own, anywhere)
-    return faces
+    return faces, np.flatnonzero(away)
 
 
 def _looked_up(

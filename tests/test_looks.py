@@ -247,6 +247,17 @@ def test_a_layer_of_another_texture_is_no_copy() -> None:
             assert np.allclose(shown[own.reshape(-1)], map_(light.points[own.reshape(-1)]))
 
 
+def test_near_points_that_are_welded_keep_their_sides_texture() -> None:
+    points, faces, right = cut(*wall(20))
+    points = points + np.where(right[:, None], [1e-4, 0.0, 0.0], 0.0)
+    given = mesh(points, faces, uv(np.where(right[:, None], right_map(points), left_map(points))))
+    outcome = simplify_mesh(given, 1e-5, Options(weld=2e-4))
+    assert outcome.after.points == 6
+    for name, map_ in (("left", left_map), ("right", right_map)):
+        at, values = halves(outcome, given)[name]
+        assert np.abs(values - map_(at)).max() * TEXELS <= 1e-4 * 3.1 * TEXELS
+
+
 def test_a_wall_of_many_faces_is_a_wall() -> None:
     assert simplify_mesh(mesh(*wall(450)), 1e-6).after.points == 4
 

@@ -304,7 +304,7 @@ def test_every_instance_of_a_mesh_is_there() -> None:
 def compared(path: Path, tolerance: Tolerance) -> None:
     """The standard method's points and edges beside the improved method's."""
     scene = scene_of(path)
-    options = Options(tolerance=tolerance, drop_attributes=True)
+    options = Options(tolerance=tolerance, delimit=frozenset())
     outcomes, _ = simplify_meshes(scene, options, with_layout=True)
     standard = standard_surface(scene, outcomes)
     improved = surface_of(scene, [outcome.light for outcome in outcomes])

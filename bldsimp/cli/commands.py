@@ -14,6 +14,7 @@ import click
 from .. import __version__
 from ..errors import UsageError
 from ..options import CREASE_DEGREES, DELIMITS, NORMALS, TEXTURE_TOLERANCE, Options
+from .batch import batch, take_options
 from .chosen import chosen
 from .compare import compare
 from .paths import Endpoint, check_open, check_output, endpoint_in, endpoint_out
@@ -168,6 +169,8 @@ def inspect(source: str, from_: str | None, as_json: bool) -> None:
         click.echo(inspection_text(inspection))
 
 
+take_options(simplify)
+bldsimp.add_command(batch)
 bldsimp.add_command(compare)
 
 

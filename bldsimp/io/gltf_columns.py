@@ -52,7 +52,7 @@ def columns(
     used : (n,) int64
         Rows of the result that the primitives use.
     normals : (r, 3) float64 or None
-        One for each row of the result, see `shading`.
+        One for each row of the result, see `shaded`.
     options : Options
     """
     row = light.row[used]
@@ -71,13 +71,7 @@ def columns(
         names.append("NORMAL")
     elif "NORMAL" not in wanted:
         names = [name for name in names if name not in ("NORMAL", "TANGENT")]
-    return [_column(document, name, group, row, *wanted[name]) for name in sorted(names, key=_place(group))]
-
-
-def _place(group: Rows) -> Any:
-    """Attributes in the order of the file."""
-    order = {name: number for number, (name, _) in enumerate(group.accessors)}
-    return lambda name: order.get(name, len(order))
+    return [_column(document, name, group, row, *wanted[name]) for name in names]
 
 
 def _column(

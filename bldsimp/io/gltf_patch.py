@@ -6,12 +6,13 @@ Names, nodes, instances, materials, images, animations, extras and unknown exten
 from __future__ import annotations
 
 import copy
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..normals import shading
+from ..normals import shaded
 from ..options import Options
 from ..rows import distinct_rows
 from ..scene import Light, Mesh, Scene
@@ -21,7 +22,7 @@ from .gltf_body import Body
 from .gltf_columns import Column, columns
 from .gltf_delimit import BareMaterials, without_lost
 from .gltf_references import INSTANCING, instancing_slots, primitive_slots, unknown_extensions
-from .gltf_rows import GltfMesh, Rows
+from .gltf_rows import Rows
 from .gltf_settle import settle
 
 
@@ -53,35 +54,35 @@ def patched(
     """
     document: Document = scene.source
     json_ = copy.deepcopy(document.json)
-    body, bare = Body(), BareMaterials(json_)
-    replaced: set[int] = set()
+    patch = _Patch(document, json_, options, Body(), BareMaterials(json_))
     vertices = 0
     # A document must show something: without any triangle it stays as it is.
     if any(len(light.faces) for light in lights):
         for mesh, light in zip(scene.meshes, lights, strict=True):
-            vertices += _replace_mesh(document, json_, body, mesh, light, options, replaced, bare)
-        _remove_meshes(json_, {mesh.source.index for mesh in scene.meshes}, replaced)
-    if replaced and unknown_extensions(json_):
+            vertices += _replace_mesh(patch, mesh, light)
+        _remove_meshes(json_, {mesh.source.index for mesh in scene.meshes}, patch.replaced)
+    if patch.replaced and unknown_extensions(json_):
         names = ", ".join(unknown_extensions(json_))
         warnings.append(f"extensions that bldsimp does not know were kept as they are: {names}")
-    binary = settle(document, json_, body, replaced, whole=whole or bool(document.unpacked), first=first)
-    return json_, binary, vertices
+    whole |= bool(document.unpacked)
+    return json_, settle(document, json_, patch.body, patch.replaced, whole=whole, first=first), vertices
 
 
-def _replace_mesh(
-    document: Document,
-    json_: dict[str, Any],
-    body: Body,
-    mesh: Mesh,
-    light: Light,
-    options: Options,
-    replaced: set[int],
-    bare: BareMaterials,
-) -> int:
+@dataclass
+class _Patch:
+    """What changes of a document: its JSON, new accessors, and the numbers of those that primitives no longer name."""
+
+    document: Document
+    json: dict[str, Any]
+    options: Options
+    body: Body
+    bare: BareMaterials
+    replaced: set[int] = field(default_factory=set)
+
+
+def _replace_mesh(patch: _Patch, mesh: Mesh, light: Light) -> int:
     """Replace the simplified primitives of one mesh; the number of its vertices."""
-    source: GltfMesh = mesh.source
-    primitives = json_["meshes"][source.index]["primitives"]
-    normals = shading(mesh, light, options)
+    light, normals = shaded(mesh, light, patch.options)
     groups: dict[Rows, list[int]] = {}
     for number, part in enumerate(mesh.parts):
         if not part.fixed:
@@ -92,22 +93,39 @@ def _replace_mesh(
     for rows, numbers in groups.items():
         faces = [light.faces[light.part_of_face == number] for number in numbers]
         empty += [number for number, own in zip(numbers, faces, strict=True) if not len(own)]
-        if not sum(map(len, faces)):
-            continue
-        used, corners = _compact(np.concatenate(faces), len(light.points))
-        found = columns(document, mesh, light, rows, used, normals, options)
-        first, inverse = distinct_rows(np.concatenate([each.values.astype(np.float64) for each in found], axis=1))
-        accessors = {each.name: _add_column(document, body, rows, each, first) for each in found}
-        vertices += len(first)
-        # Starts of the parts, and the end of the last.
-        starts = np.cumsum([0, *map(len, faces)])
-        for number, start, end in zip(numbers, starts, starts[1:], strict=False):
-            if start < end:
-                primitive = primitives[mesh.parts[number].source.index]
-                indices = body.add_indices(inverse[corners[start:end]], len(first))
-                _replace_primitive(bare, primitive, accessors, indices, replaced, options)
-    _remove(primitives, [mesh.parts[number].source.index for number in empty], replaced)
+        if sum(map(len, faces)):
+            vertices += _replace_group(patch, mesh, light, rows, numbers, faces, normals)
+    primitives = patch.json["meshes"][mesh.source.index]["primitives"]
+    _remove(primitives, [mesh.parts[number].source.index for number in empty], patch.replaced)
     return vertices
+
+
+def _replace_group(
+    patch: _Patch,
+    mesh: Mesh,
+    light: Light,
+    rows: Rows,
+    numbers: list[int],
+    faces: list[NDArray[np.int32]],
+    normals: NDArray[np.float64] | None,
+) -> int:
+    """Replace primitives that share vertices; the number of those."""
+    used, corners = _compact(np.concatenate(faces), len(light.points))
+    found = columns(patch.document, mesh, light, rows, used, normals, patch.options)
+    first, inverse = distinct_rows(np.concatenate([each.values.astype(np.float64) for each in found], axis=1))
+    same_names = {each.name for each in found} == {name for name, _ in rows.accessors}
+    # What has become no smaller is better left as it is stored.
+    if same_names and len(first) == rows.count and _are_as_before(mesh, light, rows, numbers, faces):
+        return len(first)
+    accessors = {each.name: _add_column(patch, rows, each, first) for each in found}
+    primitives = patch.json["meshes"][mesh.source.index]["primitives"]
+    # Starts of the parts, and the end of the last.
+    starts = np.cumsum([0, *map(len, faces)])
+    for number, start, end in zip(numbers, starts, starts[1:], strict=False):
+        if start < end:
+            indices = patch.body.add_indices(inverse[corners[start:end]], len(first))
+            _replace_primitive(patch, primitives[mesh.parts[number].source.index], accessors, indices)
+    return len(first)
 
 
 def _compact(faces: NDArray[np.int32], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -117,30 +135,45 @@ def _compact(faces: NDArray[np.int32], count: int) -> tuple[NDArray[np.int64], N
     return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
 
 
-def _add_column(document: Document, body: Body, rows: Rows, column: Column, first: NDArray[np.int64]) -> int:
+def _are_as_before(
+    mesh: Mesh, light: Light, rows: Rows, numbers: list[int], faces: list[NDArray[np.int32]]
+) -> bool:
+    """Whether parts have the faces that they had, in whatever order."""
+    old = [mesh.faces[mesh.part_of_face == number] for number in numbers]
+    if light.changed or [len(own) for own in faces] != [len(own) for own in old]:
+        return False
+    corners = np.concatenate(faces)
+    row = light.row[corners] - rows.start
+    if row.min() < 0 or row.max() >= rows.count or (light.points[corners] != mesh.points[light.row[corners]]).any():
+        return False
+    # Rows at one position are one point.
+    place = distinct_rows(mesh.points[rows.start : rows.start + rows.count])[1]
+    part = np.repeat(np.arange(len(faces)), [len(own) for own in faces])
+    now, before = _sorted_faces(place[row], part), _sorted_faces(place[np.concatenate(old) - rows.start], part)
+    return np.array_equal(now, before)
+
+
+def _sorted_faces(faces: NDArray[np.int64], part: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Faces with their least corner first, in lexicographic order, part by part."""
+    least = np.argmin(faces, axis=1)[:, None]
+    turned = np.take_along_axis(faces, (least + np.arange(3)) % 3, axis=1)
+    return turned[np.lexsort((*turned.T[::-1], part))]
+
+
+def _add_column(patch: _Patch, rows: Rows, column: Column, first: NDArray[np.int64]) -> int:
     """Add some rows of a column; the new accessor is called as the one it stands for."""
-    number = body.add_vertices(
-        column.values[first], normalized=column.normalized, bounds=column.name == "POSITION"
-    )
     old = rows.accessor(column.name)
-    if old is not None:
-        entry = document.items("accessors")[old]
-        body.accessors[number].update({key: entry[key] for key in ("name", "extras") if key in entry})
-    return number
+    entry = {} if old is None else patch.document.items("accessors")[old]
+    more = {key: entry[key] for key in ("name", "extras") if key in entry}
+    bounds = column.name == "POSITION"
+    return patch.body.add_vertices(column.values[first], normalized=column.normalized, bounds=bounds, **more)
 
 
-def _replace_primitive(
-    bare: BareMaterials,
-    primitive: dict[str, Any],
-    accessors: dict[str, int],
-    indices: int,
-    replaced: set[int],
-    options: Options,
-) -> None:
+def _replace_primitive(patch: _Patch, primitive: dict[str, Any], accessors: dict[str, int], indices: int) -> None:
     """Point a primitive at new accessors (negative numbers until they are settled)."""
-    replaced.update(container[key] for container, key in primitive_slots(primitive))
-    if not options.keeps("uv"):
-        bare.take(primitive)
+    patch.replaced.update(container[key] for container, key in primitive_slots(primitive))
+    if not patch.options.keeps("uv"):
+        patch.bare.take(primitive)
     primitive["attributes"] = {name: -1 - number for name, number in accessors.items()}
     primitive["indices"] = -1 - indices
     if primitive.get("mode", 4) != 4:
@@ -149,7 +182,7 @@ def _replace_primitive(
     primitive.pop("targets", None)
     if "extensions" in primitive:
         known = {key: value for key, value in primitive["extensions"].items() if key in HARMLESS}
-        left = {key: without_lost(key, value, set(accessors), options) for key, value in known.items()}
+        left = {key: without_lost(key, value, set(accessors), patch.options) for key, value in known.items()}
         primitive["extensions"] = {key: value for key, value in left.items() if value}
         if not primitive["extensions"]:
             del primitive["extensions"]

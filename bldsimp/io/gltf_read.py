@@ -12,6 +12,7 @@ from ..number_format import number_format
 from ..scene import Mesh, Part, check_finite
 from .gltf import Beside, Document
 from .gltf_attributes import attributes, carried_names, fixed_names
+from .gltf_material import name_of, read_material
 from .gltf_nodes import placed_meshes
 from .gltf_rows import GltfMesh, Primitive, Rows
 from .gltf_textures import Texels, Textures
@@ -50,7 +51,7 @@ def gltf_meshes(document: Document, beside: Beside) -> list[Mesh]:
 def _mesh(document: Document, textures: Textures, index: int, bent: tuple[str, ...]) -> Mesh | None:
     """One mesh, or None where it has no triangles."""
     entry = document.items("meshes")[index]
-    name = _name(entry, f"mesh {index}")
+    name = name_of(entry, f"mesh {index}")
     shared: dict[tuple[tuple[str, int], ...], Rows] = {}
     parts, faces, texels = [], [], []
     rows_so_far = 0
@@ -62,11 +63,11 @@ def _mesh(document: Document, textures: Textures, index: int, bent: tuple[str, .
         key = tuple(sorted(own.items()))
         if key not in shared:
             count = len(document.accessor(own["POSITION"]))
-            shared[key] = Rows(key, rows_so_far, count)
+            shared[key] = Rows(tuple(own.items()), rows_so_far, count)
             rows_so_far += count
         rows = shared[key]
         faces.append(_faces(document, primitive, rows, f"{name}, primitive {number}") + rows.start)
-        material = _material(document, primitive)
+        material = read_material(document, primitive)
         fixed = tuple(dict.fromkeys((*bent, *fixed_names(document, primitive, rows.count))))
         carried = tuple(dict.fromkeys((*carried_names(primitive), *fixed)))
         parts.append(Part(_part_name(name, number, material), carried, fixed, Primitive(number, rows, material)))
@@ -148,26 +149,3 @@ def _normals(document: Document, group: Rows) -> NDArray[np.float64]:
 
 def _part_name(mesh: str, number: int, material: Material | None) -> str:
     return f"{mesh} / {material.name}" if material and material.name else f"{mesh} / primitive {number}"
-
-
-def _material(document: Document, primitive: dict[str, Any]) -> Material | None:
-    """Name, colour and texture of a primitive's material."""
-    number = primitive.get("material")
-    materials = document.items("materials")
-    if number is None or not 0 <= number < len(materials):
-        return None
-    entry = materials[number]
-    metallic = entry.get("pbrMetallicRoughness", {})
-    r, g, b, a = (float(value) for value in metallic.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0)))
-    color = r, g, b, a
-    texture = metallic.get("baseColorTexture", {}).get("index")
-    textures = document.items("textures")
-    image = textures[texture].get("source") if texture is not None and 0 <= texture < len(textures) else None
-    if image is not None and (not isinstance(image, int) or not 0 <= image < len(document.items("images"))):
-        raise InputError(f"glTF texture {texture} names image {image}, which is not there: the file is damaged")
-    return Material(_name(entry, f"material {number}"), color, None if image is None else str(image))
-
-
-def _name(entry: dict[str, Any], default: str) -> str:
-    """A name that every encoding takes: JSON can name half of a surrogate pair."""
-    return str(entry.get("name", default)).encode("utf-8", "replace").decode("utf-8")

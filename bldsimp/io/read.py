@@ -82,7 +82,7 @@ def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
     if scene.format == "obj":
         scene.meshes = read_obj(data, folder, scene.warnings)
     elif scene.format == "ply":
-        scene.meshes = read_ply(data, scene.warnings)
+        scene.meshes = read_ply(data, folder, scene.warnings)
     elif scene.format == "off":
         scene.meshes = read_off(data, scene.warnings)
     else:
