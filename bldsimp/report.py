@@ -273,13 +273,13 @@ def _notes(report: Report) -> list[str]:
             f" --tolerance {through:.2g} may see through it"
         )
     dropped = report.before.points - report.after.points
-    if dropped < LITTLE_DROPPED * report.before.points:
-        if not report.passed_on and not coarse and report.diagonal > 0.0:
-            more = max(1e-3 * report.diagonal, 10.0 * report.tolerance)
-            notes.append(
-                f"little could be dropped: a larger tolerance, say --tolerance {more:.1g}, may drop more,"
-                " and may move the surface so far"
-            )
+    little = dropped < LITTLE_DROPPED * report.before.points
+    if little and not report.passed_on and not coarse and report.diagonal > 0.0:
+        more = max(1e-3 * report.diagonal, 10.0 * report.tolerance)
+        notes.append(
+            f"little could be dropped: a larger tolerance, say --tolerance {more:.1g}, may drop more,"
+            " and may move the surface so far"
+        )
     return notes
 
 

@@ -55,7 +55,8 @@ class Simplified:
     Attributes
     ----------
     mesh : same kind as the input
-        `trimesh.Trimesh`, with its UV, material, colours and other arrays of vertices and faces, or a tuple of points (n, 3) float64 and faces (m, 3) int32.
+        `trimesh.Trimesh`, with its UV, material, colours and other arrays of vertices and faces, or a tuple of points
+        (n, 3) float64 and faces (m, 3) int32.
     report : Report
     """
 

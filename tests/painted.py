@@ -1,13 +1,12 @@
 """An over-sampled box that is textured, coloured and labelled, as files; and what must be found on it again.
 
-Its six sides are islands in an atlas, so that each edge of the box is a seam. The two sides across x have an image of their own.
-Colours change evenly over the box.
+Its six sides are islands in an atlas, so that each edge of the box is a seam. The two sides across x have an image of
+their own. Colours change evenly over the box.
 """
 
 from __future__ import annotations
 
 import struct
-from typing import Any
 
 import numpy as np
 from shapes import fine_box
@@ -78,7 +77,7 @@ def values(mesh: Mesh, name: str) -> np.ndarray:
     return next(one.values for one in mesh.attributes if one.name == name)
 
 
-def check_uv(mesh: Mesh, shift: Any = 0.0) -> None:
+def check_uv(mesh: Mesh) -> None:
     """All corners of a mesh have the UV of their side and place, exactly."""
     corners = mesh.points[mesh.faces]
     assert np.array_equal(values(mesh, "TEXCOORD_0")[mesh.faces], uv_of(corners))

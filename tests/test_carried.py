@@ -9,7 +9,7 @@ import numpy as np
 import painted
 import pytest
 from painted import ROOF, WALL, check_uv, side_areas, values
-from shapes import Gltf, box, fine_box, glb_parts, stl_bytes, write
+from shapes import Gltf, fine_box, glb_parts, stl_bytes, write
 
 from bldsimp import Options, Tolerance, simplify_scene
 from bldsimp.inspect import surface_of
@@ -190,18 +190,21 @@ class TestColors:
     def test_a_colour_that_changes_unevenly_stops_a_facet(self, tmp_path: Path) -> None:
         points, faces = fine_box()
         colors = np.where(points[:, :1] > 0.9, (255, 0, 0), (0, 0, 255))
-        source = write(tmp_path / "in.ply", ply([(points, "float", "x y z"), (colors, "uchar", "red green blue")], faces))
+        table = [(points, "float", "x y z"), (colors, "uchar", "red green blue")]
+        source = write(tmp_path / "in.ply", ply(table, faces))
         light(source, tmp_path / "out.ply")
         mesh = mesh_of(tmp_path / "out.ply")
         assert sorted(set(mesh.points[:, 0].tolist())) == [0.0, 0.5, 1.0, 2.0]
-        assert np.array_equal(values(mesh, "COLOR_0") * 255, np.where(mesh.points[:, :1] > 0.9, (255, 0, 0), (0, 0, 255)))
+        wanted = np.where(mesh.points[:, :1] > 0.9, (255, 0, 0), (0, 0, 255))
+        assert np.array_equal(values(mesh, "COLOR_0") * 255, wanted)
 
     @pytest.mark.parametrize("suffix", ["ply", "glb", "obj", "off"])
     def test_of_faces(self, tmp_path: Path, suffix: str) -> None:
         points, faces = fine_box()
         side = painted.side_of(points[faces])
         colors = np.stack([side * 51, 255 - side * 51, side * 0], axis=1)
-        source = write(tmp_path / "in.ply", ply([(points, "float", "x y z")], faces, [(colors, "uchar", "red green blue")]))
+        data = ply([(points, "float", "x y z")], faces, [(colors, "uchar", "red green blue")])
+        source = write(tmp_path / "in.ply", data)
         light(source, tmp_path / f"out.{suffix}")
         mesh = mesh_of(tmp_path / f"out.{suffix}")
         assert len(mesh.faces) == 12
@@ -217,7 +220,8 @@ class TestColors:
 
     def test_of_an_off_stay(self, tmp_path: Path) -> None:
         points, faces = fine_box()
-        rows = [[*p, *c] for p, c in zip(points.tolist(), np.rint(painted.color_of(points) * 255).astype(int).tolist())]
+        levels = np.rint(painted.color_of(points) * 255).astype(int)
+        rows = [[*p, *c] for p, c in zip(points.tolist(), levels.tolist(), strict=True)]
         lines = ["COFF", f"{len(points)} {len(faces)} 0", *(" ".join(map(str, row)) for row in rows)]
         lines += [f"3 {a} {b} {c} {int(i % 2)} 7 9" for i, (a, b, c) in enumerate(faces.tolist())]
         light(write(tmp_path / "in.off", "\n".join(lines) + "\n"), tmp_path / "out.off")
@@ -233,7 +237,8 @@ class TestLabels:
         points, faces = fine_box()
         side = painted.side_of(points[faces])
         split = (points[faces].mean(axis=1)[:, 2] > 1.0).astype(int) + 2 * side
-        table = [(points, "double", "x y z"), (points[:, :1] * 3.5, "float", "heat"), (np.full(len(points), 7), "short", "storey")]
+        storey = np.full(len(points), 7)
+        table = [(points, "double", "x y z"), (points[:, :1] * 3.5, "float", "heat"), (storey, "short", "storey")]
         source = write(tmp_path / "in.ply", ply(table, faces, [(split, "int", "label")]))
         light(source, tmp_path / "out.ply")
         assert properties(tmp_path / "out.ply") == properties(source)

@@ -99,8 +99,8 @@ def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
 
 
 def as_shown(one: Sheet) -> Sheet:
-    """A sheet whose first UV set is what colour textures show as it is: other formats have but one, and no map of it."""
-    maps = [UvMap() if (own := material_of(part)) is None else own.uv_map for part in one.parts]
+    """A sheet whose first UV set is that of colour textures, mapped: other formats have one set, and no map of it."""
+    maps = [getattr(material_of(part), "uv_map", UvMap()) for part in one.parts]
     if all(maps[part] == UvMap() for part in np.unique(one.part)):
         return one
     one = _by_corners(one)
