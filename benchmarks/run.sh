@@ -36,4 +36,4 @@ section normals "Walls that look like walls" normals.py
 section startup "From start to end" startup.py
 section textured "A textured GLB from start to end" textured.py
 section models "Every model" models.py
-section models "Every model, textures and colours dropped" models.py --drop-attributes --tolerance auto
+section models "Every model, textures and colours dropped" models.py --delimit none --tolerance auto

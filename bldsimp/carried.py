@@ -45,8 +45,8 @@ def custom_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, whol
 def carry(mesh: Mesh, attributes: list[Attribute]) -> None:
     """Give a mesh what its rows and faces carry, as far as any has it, and name it for each part."""
     for one in attributes:
-        there = ~np.isnan(one.values).all(axis=1)
-        of_face = there if one.on_faces else there[mesh.faces].any(axis=1)
+        blank = np.asarray(np.isnan(one.values).all(axis=1))
+        of_face = ~(blank if one.on_faces else blank[mesh.faces].all(axis=1))
         if of_face.any():
             mesh.attributes.append(one)
             for part in np.unique(mesh.part_of_face[of_face]):

@@ -1,4 +1,4 @@
-"""Vertex normals of a result: the input's at kept points, ones made anew that are smooth but for creases, or none."""
+"""Vertex normals of a result: the input's at kept points, made anew and smooth but for creases, or none."""
 
 from __future__ import annotations
 
@@ -36,13 +36,14 @@ def shaded(mesh: Mesh, light: Light, options: Options) -> tuple[Light, Normals |
 
     Notes
     -----
-    With ``auto`` points keep the normals that are stored for them. Where a point has moved, that of a row goes if it is
-    farther than the crease angle from the normal of a face there: what is made anew fits.
+    With ``auto`` points keep the normals that are stored for them, turned where their faces were. Where a point has
+    moved, that of a row goes if it is farther than the crease angle from the normal of a face there: what is made anew
+    fits.
     """
     if options.normals not in ("auto", "smooth") or (options.normals == "auto" and mesh.normals is None):
         return light, None
-    fixed = np.array([bool(part.fixed) for part in mesh.parts], bool)
-    stored = np.zeros_like(light.points) if mesh.normals is None else mesh.normals[light.row]
+    fixed = mesh.passed_on
+    stored = np.zeros_like(light.points) if mesh.normals is None else _turned(mesh, light, mesh.normals)
     made = ~fixed[light.part_of_face]
     if options.normals == "auto":
         assert mesh.normals is not None
@@ -65,6 +66,18 @@ def shaded(mesh: Mesh, light: Light, options: Options) -> tuple[Light, Normals |
     result[: len(stored)] = stored
     result[row] = np.where((own >= 0)[:, None], normals[np.maximum(own, 0)], stored[source])
     return light, result
+
+
+def _turned(mesh: Mesh, light: Light, normals: Normals) -> Normals:
+    """Stored normals of a result's rows, the other way where they agreed with faces that were all turned."""
+    stored = normals[light.row]
+    before = face_normals(mesh.points, mesh.faces)[light.face]
+    turned = (face_normals(light.points, light.faces) * before).sum(axis=1) < 0.0
+    if not turned.any():
+        return stored
+    agrees = ((stored[light.faces] * before[:, None]).sum(axis=2) > 0.0) & turned[:, None]
+    both = np.stack([np.bincount(light.faces[chosen], minlength=len(stored)) for chosen in (agrees, ~agrees)])
+    return np.where(((both[0] > 0) & (both[1] == 0))[:, None], -stored, stored)
 
 
 def _unfit(mesh: Mesh, light: Light, stored: Normals, angle: float) -> NDArray[np.bool_]:

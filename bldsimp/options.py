@@ -59,6 +59,15 @@ CREASE_DEGREES = 30.0
 COMPARED_TOLERANCES = "auto,0.1%,0.5%"
 """What `compare` takes, with commas between."""
 
+BATCH_TIMEOUT = 3600.0
+"""Seconds that `batch` gives a file."""
+
+BATCH_MEMORY_SHARE = 0.8
+"""Share of the memory that is free when it starts which `batch` takes."""
+
+BATCH_NAME = "{stem}.{ext}"
+"""How `batch` names an output."""
+
 UNITS = ("auto", "length", "percent")
 """What a tolerance may be given in."""
 

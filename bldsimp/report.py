@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from .scene import MOST_NAMED
+from .scene import MOST_NAMED, Part
 
 SCHEMA = "bldsimp.report/1"
 """Name and version of the JSON; the number rises when a field changes its meaning or goes."""
@@ -69,6 +69,11 @@ class PassedOn:
 
     name: str
     reason: str
+
+
+def passed_on(part: Part) -> PassedOn:
+    """Why a part is left untouched."""
+    return PassedOn(part.name, f"carries {', '.join(part.fixed)}")
 
 
 @dataclass
@@ -208,7 +213,7 @@ def _change(report: Report) -> str:
     pairs = [("points", before.points, after.points), ("triangles", before.triangles, after.triangles)]
     text = ", ".join(f"{name} {a:,} -> {b:,}" for name, a, b in pairs)
     if before.bytes is not None and after.bytes is not None:
-        text += f", {_size(before.bytes)} -> {_size(after.bytes)}"
+        text += f", {size_in_words(before.bytes)} -> {size_in_words(after.bytes)}"
     return f"size       {text}"
 
 
@@ -268,19 +273,19 @@ def _notes(report: Report) -> list[str]:
             f" --tolerance {through:.2g} may see through it"
         )
     dropped = report.before.points - report.after.points
-    if dropped < LITTLE_DROPPED * report.before.points:
-        if not report.passed_on and not coarse and report.diagonal > 0.0:
-            more = max(1e-3 * report.diagonal, 10.0 * report.tolerance)
-            notes.append(
-                f"little could be dropped: a larger tolerance, say --tolerance {more:.1g}, may drop more,"
-                " and may move the surface so far"
-            )
+    little = dropped < LITTLE_DROPPED * report.before.points
+    if little and not report.passed_on and not coarse and report.diagonal > 0.0:
+        more = max(1e-3 * report.diagonal, 10.0 * report.tolerance)
+        notes.append(
+            f"little could be dropped: a larger tolerance, say --tolerance {more:.1g}, may drop more,"
+            " and may move the surface so far"
+        )
     return notes
 
 
-def _size(count: int) -> str:
+def size_in_words(count: int) -> str:
     """Bytes for people."""
-    for unit, step in (("MB", 1_000_000), ("kB", 1_000)):
+    for unit, step in (("GB", 1_000_000_000), ("MB", 1_000_000), ("kB", 1_000)):
         if count >= step:
             return f"{count / step:.3g} {unit}"
     return f"{count} B"

@@ -20,8 +20,9 @@ from .dropped import Dropped, without_small
 from .errors import InputError
 from .number_format import number_format
 from .options import Options, Tolerance, check_length, parse_tolerance
-from .pipeline import Outcome, counted, simplify_mesh
-from .report import DroppedPart, PassedOn, Report
+from .outcome import Outcome
+from .pipeline import counted, simplify_mesh
+from .report import DroppedPart, Report, passed_on
 from .rings import rings_of
 from .rows import distinct_rows
 from .scene import MOST_NAMED, Light, Mesh, Part, Points, Scene, check_finite
@@ -55,7 +56,8 @@ class Simplified:
     Attributes
     ----------
     mesh : same kind as the input
-        `trimesh.Trimesh`, with its UV, material, colours and other arrays of vertices and faces, or a tuple of points (n, 3) float64 and faces (m, 3) int32.
+        `trimesh.Trimesh`, with its UV, material, colours and other arrays of vertices and faces, or a tuple of points
+        (n, 3) float64 and faces (m, 3) int32.
     report : Report
     """
 
@@ -226,9 +228,7 @@ def simplify_meshes(
             outcome.dropped = small + outcome.dropped
         outcomes.append(outcome)
         _tell(report, mesh, outcome, options, stretch)
-        for part in mesh.parts:
-            if part.fixed:
-                report.passed_on.append(PassedOn(part.name, f"carries {', '.join(part.fixed)}"))
+        report.passed_on += [passed_on(part) for part in mesh.parts if part.fixed]
     report.before.watertight = all(outcome.before.watertight for outcome in outcomes)
     report.after.watertight = all(outcome.after.watertight for outcome in outcomes)
     report.seconds = time.perf_counter() - start

@@ -95,9 +95,12 @@ def give(made: Any, given: Any, mesh: Mesh, light: Light, corner: NDArray[np.int
     }
     material = getattr(given.visual, "material", None)
     if material is not None:
-        made.visual = trimesh.visual.TextureVisuals(uv=columns.get("TEXCOORD_0"), material=material)
+        visuals: Any = trimesh.visual.TextureVisuals
+        made.visual = visuals(uv=columns.get("TEXCOORD_0"), material=material)
     elif _COLOR in columns or _FACE_COLOR in columns:
-        levels = {name: np.rint(255.0 * columns[name]).astype(np.uint8) for name in (_COLOR, _FACE_COLOR) if name in columns}
+        levels = {
+            name: np.rint(255.0 * columns[name]).astype(np.uint8) for name in (_COLOR, _FACE_COLOR) if name in columns
+        }
         made.visual = trimesh.visual.ColorVisuals(made, levels.get(_FACE_COLOR), levels.get(_COLOR))
     for front, source, target in (
         ("_", given.vertex_attributes, made.vertex_attributes),

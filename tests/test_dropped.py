@@ -202,10 +202,10 @@ def test_two_halves_hold_what_neither_holds_alone() -> None:
     assert spare(left + across) == []
 
 
-def scene(*shapes: Shape, attributes: tuple[tuple[str, ...], ...] = ()) -> Scene:
+def scene(*shapes: Shape, fixed: tuple[tuple[str, ...], ...] = ()) -> Scene:
     """One mesh, each shape a part of it."""
     points, faces = solids.merged(*shapes)
-    parts = [Part(f"part {i}", attributes[i] if attributes else ()) for i in range(len(shapes))]
+    parts = [Part(f"part {i}", fixed=fixed[i] if fixed else ()) for i in range(len(shapes))]
     part = np.repeat(np.arange(len(shapes), dtype=np.int32), [len(f) for _, f in shapes])
     return Scene(None, "arrays", [Mesh("mesh", points, np.ascontiguousarray(faces, np.int32), part, parts)], 0)
 
@@ -247,12 +247,11 @@ def test_size_is_measured_in_world_space() -> None:
 
 
 def test_specks_of_parts_that_are_passed_on_stay_and_are_told() -> None:
-    given = scene(wall(), SPECK, solids.moved(SPECK, (0, 0, 3)), attributes=((), ("TEXCOORD_0",), ()))
+    given = scene(wall(), SPECK, solids.moved(SPECK, (0, 0, 3)), fixed=((), ("skin",), ()))
     (light,), report = simplify_scene(given, Options(min_part=0.2))
     assert sorted(set(light.part_of_face.tolist())) == [0, 1]
     assert [part.part for part in report.dropped] == ["part 2"]
     assert any("1 component smaller than 0.2 stays" in text for text in report.warnings)
-    assert len(simplify_scene(given, Options(min_part=0.2, drop_attributes=True))[1].dropped) == 2
 
 
 def test_copies_and_faces_without_area_go_with_their_speck() -> None:
@@ -264,7 +263,7 @@ def test_copies_and_faces_without_area_go_with_their_speck() -> None:
 
 
 def test_parts_passed_on_hold_others() -> None:
-    given = scene(sheet(), sheet(0.01), attributes=((), ("TEXCOORD_0",)))
+    given = scene(sheet(), sheet(0.01), fixed=((), ("skin",)))
     (light,), report = simplify_scene(given, Options(tolerance=Tolerance(0.05, "length")))
     assert light.part_of_face.tolist() == [1, 1]
     assert [part.part for part in report.dropped] == ["part 0"]

@@ -89,7 +89,7 @@ def test_a_glb_is_closed_as_it_is_written(tmp_path: Path, textured: bool) -> Non
     after = (tmp_path / "out.glb").read_bytes()
     primitives = glb_parts(after)[0]["meshes"][0]["primitives"]
     if textured:
-        assert np.array_equal(glb_values(after, primitives[1]["attributes"]["POSITION"]), points.astype(np.float32))
+        assert not np.any(glb_values(after, primitives[1]["attributes"]["TEXCOORD_0"]))
 
 
 def test_corners_that_stay_keep_their_own_rows() -> None:

@@ -14,7 +14,6 @@ from shapes import (
     box,
     fine_box,
     glb_parts,
-    glb_values,
     obj_text,
     off_text,
     open_cone,

@@ -20,6 +20,7 @@
 #include "lids.hpp"
 #include "orient.hpp"
 #include "outlines.hpp"
+#include "parallel.hpp"
 #include "polygons.hpp"
 #include "predicates.hpp"
 #include "retriangulate.hpp"
@@ -582,6 +583,13 @@ void bind_triangulation(nb::module_& m) {
 
 NB_MODULE(_core, m) {
   m.doc() = "bldsimp's kernels";
+  m.def(
+      "limit_threads",
+      [](std::size_t most) {
+        if (most == 0) throw nb::value_error("at least one thread");
+        bldsimp::most_threads = most;
+      },
+      "most"_a);
   bldsimp::bind_mesh(m);
   bldsimp::bind_distances(m);
   bldsimp::bind_crossings(m);

@@ -6,7 +6,9 @@
 #endif
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
+#include <limits>
 #include <thread>
 #include <vector>
 
@@ -23,11 +25,14 @@ inline std::size_t core_count() {
   return std::max(1u, std::thread::hardware_concurrency());
 }
 
+// At most so many threads at once, for the whole process: one where processes share the cores already.
+inline std::atomic<std::size_t> most_threads = std::numeric_limits<std::size_t>::max();
+
 // Calls run(begin, end) on ranges that together are 0 .. count. Each item must write to places of its
 // own, so that the result is the same with any number of threads.
 template <class Run>
 void parallel_for(std::size_t count, Run run, std::size_t least_work = least_parallel_work) {
-  const std::size_t threads = std::clamp<std::size_t>(count / least_work, 1, core_count());
+  const std::size_t threads = std::clamp<std::size_t>(count / least_work, 1, std::min(core_count(), most_threads.load()));
   std::vector<std::jthread> others;
   for (std::size_t i = 1; i < threads; ++i)
     others.emplace_back([=, &run] { run(count * i / threads, count * (i + 1) / threads); });

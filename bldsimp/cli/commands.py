@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 import sys
@@ -14,16 +13,9 @@ import click
 
 from .. import __version__
 from ..errors import UsageError
-from ..options import (
-    CREASE_DEGREES,
-    DELIMITS,
-    NORMALS,
-    TEXTURE_TOLERANCE,
-    Options,
-    parse_delimit,
-    parse_length,
-    parse_tolerance,
-)
+from ..options import CREASE_DEGREES, DELIMITS, NORMALS, TEXTURE_TOLERANCE, Options
+from .batch import batch, take_options
+from .chosen import chosen
 from .compare import compare
 from .paths import Endpoint, check_open, check_output, endpoint_in, endpoint_out
 from .signals import unwind
@@ -139,15 +131,15 @@ def simplify(
     """
     if quiet and verbose:
         raise UsageError("--quiet and --verbose exclude each other")
-    options = Options(
-        tolerance=_option("--tolerance", parse_tolerance, tolerance),
-        weld=_option("--weld", parse_length, weld),
-        min_part=_option("--min-part", parse_length, min_part),
+    options = chosen(
+        tolerance=tolerance,
+        weld=weld,
+        min_part=min_part,
         allow_close=allow_close,
         normals=normals,
-        crease_angle=_option("--crease-angle", parse_length, crease_angle),
-        delimit=_option("--delimit", parse_delimit, delimit),
-        texture_tolerance=_option("--texture-tolerance", parse_length, texture_tolerance),
+        crease_angle=crease_angle,
+        delimit=delimit,
+        texture_tolerance=texture_tolerance,
         baseline=baseline,
     )
     read_from = endpoint_in(source, from_)
@@ -177,6 +169,8 @@ def inspect(source: str, from_: str | None, as_json: bool) -> None:
         click.echo(inspection_text(inspection))
 
 
+take_options(simplify)
+bldsimp.add_command(batch)
 bldsimp.add_command(compare)
 
 
@@ -193,30 +187,22 @@ class Wishes:
 def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wishes) -> None:
     """Read, simplify, write, report."""
     start = time.perf_counter()
-    from ..io import read, write
+    from ..file import Work, simplify_file
     from ..io.target import replace_files
-    from ..report import one_line, summary
-    from ..simplified import simplify_scene
+    from ..report import Report, one_line, summary
+    from ..scene import Light
     from .progress import watched
 
-    scene = read(read_from.data(), read_from.format)
-    after_read = time.perf_counter()
-    points = sum(len(mesh.used_points) for mesh in scene.meshes)
-    lights, report = watched(lambda progress: simplify_scene(scene, options, progress), points, quiet=wishes.quiet)
-    if options.baseline:
-        from ..baseline import baseline_points
+    def watch(work: Work, points: int) -> tuple[list[Light], Report]:
+        done = watched(work, points, quiet=wishes.quiet)
+        unwind()
+        return done
 
-        report.baseline = baseline_points(scene, report.deviation, report.warnings)
-    after_simplify = time.perf_counter()
-    unwind()
     target = sys.stdout.buffer if write_to.path is None else write_to.path
-    written = write(scene, lights, target, write_to.format, options, overwrite=wishes.overwrite)
-    report.rounding = written.rounding
-    report.deviation += written.rounding
-    report.after = dataclasses.replace(
-        written.after or report.after, bytes=written.bytes, vertices=written.vertices
+    result = simplify_file(
+        read_from.data(), read_from.format, target, write_to.format, options, overwrite=wishes.overwrite, watch=watch
     )
-    report.warnings += written.warnings
+    report = result.report
     report.seconds = time.perf_counter() - start
     if wishes.report == "-":
         click.echo(report.to_json(), nl=False)
@@ -225,24 +211,13 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
     if wishes.verbose:
         from ..inspect import number_words
 
-        for mesh in scene.meshes:
+        for mesh in result.scene.meshes:
             text = f"input      {mesh.name or 'mesh'}: {len(mesh.parts)} parts, {number_words(mesh)}"
             click.echo(one_line(text), err=True)
-        click.echo(
-            f"time       read {after_read - start:.2f}, simplify {after_simplify - after_read:.2f},"
-            f" write {time.perf_counter() - after_simplify:.2f} s",
-            err=True,
-        )
+        times = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in result.seconds.items())
+        click.echo(f"time       {times} s", err=True)
     if not wishes.quiet:
         click.echo(summary(report), err=True)
-
-
-def _option(name: str, parse, text: str):  # type: ignore[no-untyped-def]
-    """Parse an option, and name it where it is wrong."""
-    try:
-        return parse(text)
-    except UsageError as error:
-        raise UsageError(f"{name}: {error}") from None
 
 
 def _check_report(report: str, read_from: Endpoint, write_to: Endpoint) -> None:

@@ -30,14 +30,23 @@ class Endpoint:
         InputError
             Standard input is closed or cannot be read.
         """
-        if self.path is not None:
-            return self.path
-        if sys.stdin is None:
-            raise InputError("standard input is closed: give a file, or a pipe")
-        try:
-            return sys.stdin.buffer.read()
-        except OSError as error:
-            raise InputError(f"standard input: cannot be read: {error.strerror}") from None
+        return standard_input() if self.path is None else self.path
+
+
+def standard_input() -> bytes:
+    """All of standard input.
+
+    Raises
+    ------
+    InputError
+        It is closed or cannot be read.
+    """
+    if sys.stdin is None:
+        raise InputError("standard input is closed: give a file, or a pipe")
+    try:
+        return sys.stdin.buffer.read()
+    except OSError as error:
+        raise InputError(f"standard input: cannot be read: {error.strerror}") from None
 
 
 def endpoint_in(text: str, format_: str | None) -> Endpoint:
@@ -51,10 +60,7 @@ def endpoint_in(text: str, format_: str | None) -> Endpoint:
     path = None if text == "-" else Path(text)
     if path is not None and os.path.isdir(path):
         raise UsageError(f"{path}: is a directory: give a file")
-    found = _format(path, format_, "IN", "--from")
-    if found not in FORMATS and found not in _others():
-        raise UsageError(f"{text}: format '{found}' is not known: use one of {', '.join(FORMATS)}")
-    return Endpoint(path, found)
+    return Endpoint(path, check_format(_format(path, format_, "IN", "--from"), text))
 
 
 def endpoint_out(text: str, format_: str | None, overwrite: bool) -> Endpoint:
@@ -106,10 +112,29 @@ def check_open(stream: TextIO | None, name: str) -> None:
         raise OutputError(f"{name} is closed: there is nowhere to write to")
 
 
+def check_format(given: str, name: str = "--from") -> str:
+    """A format to read, in lower case and without a dot.
+
+    Raises
+    ------
+    UsageError
+        It is unknown.
+    """
+    found = plain_format(given)
+    if found not in FORMATS and found not in _others():
+        raise UsageError(f"{name}: format '{found}' is not known: use one of {', '.join(FORMATS)}")
+    return found
+
+
+def plain_format(given: str) -> str:
+    """A format's name in lower case and without a dot."""
+    return given.lower().lstrip(".")
+
+
 def _format(path: Path | None, given: str | None, name: str, option: str) -> str:
     """The format that an option or a suffix names."""
     if given:
-        return given.lower().lstrip(".")
+        return plain_format(given)
     if path is None:
         raise UsageError(f"{name} is a pipe: say its format with {option}")
     suffix = path.suffix.lower().lstrip(".")

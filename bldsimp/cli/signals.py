@@ -53,3 +53,32 @@ def _raise(number: int, frame: FrameType | None) -> None:
     if number == signal.SIGINT:
         raise KeyboardInterrupt
     sys.exit(TERMINATED)
+
+
+class FirstInterrupt:
+    """Answers the first Ctrl-C in its own way, and raises on the next.
+
+    Attributes
+    ----------
+    came : bool
+        Whether there was one.
+    """
+
+    def __init__(self, answer: Callable[[], None]) -> None:
+        self.came = False
+        self._answer = answer
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        if self.came:
+            raise KeyboardInterrupt
+        self.came = True
+        os.write(2, b"\nbldsimp: finishing what is running; Ctrl-C again stops now\n")
+        self._answer()
+
+
+def first_interrupt(answer: Callable[[], None]) -> FirstInterrupt:
+    """Answer the first Ctrl-C from now on."""
+    first = FirstInterrupt(answer)
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, first)
+    return first

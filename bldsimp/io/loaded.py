@@ -62,7 +62,8 @@ def _mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> Mesh:
     every = list(geometries.values())
     points = np.concatenate([np.asarray(one.vertices, np.float64) for one in every])
     starts = np.cumsum([0, *(len(one.vertices) for one in every)])
-    corners = np.concatenate([np.asarray(one.faces, np.int64) + start for one, start in zip(every, starts, strict=False)])
+    faces = [np.asarray(one.faces, np.int64) + start for one, start in zip(every, starts, strict=False)]
+    corners = np.concatenate(faces)
     part = np.repeat(np.arange(len(every)), [len(one.faces) for one in every])
     parts = [Part(key, source=_material(one)) for key, one in geometries.items()]
     polygons = Polygons(

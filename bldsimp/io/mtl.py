@@ -42,9 +42,9 @@ def read_materials(libraries: list[str], beside: Folder) -> dict[str, Material]:
                 for key, texture in draft.maps.items():
                     if beside.picture(f"{folder}/{texture}") is not None:
                         draft.maps[key] = f"{folder}/{texture}"
-            texture = next((value for key, value in draft.maps.items() if key.lower() == "map_kd"), None)
+            color = next((value for key, value in draft.maps.items() if key.lower() == "map_kd"), None)
             others = tuple((key, value) for key, value in draft.maps.items() if key.lower() != "map_kd")
-            materials.setdefault(name, Material(name, draft.color, texture, others, draft.stretch))
+            materials.setdefault(name, Material(name, draft.color, color, others, draft.stretch))
     return materials
 
 
@@ -77,7 +77,7 @@ def _texture(value: str) -> tuple[str, tuple[float, float]]:
     stretch = (1.0, 1.0)
     while value.startswith("-"):
         option, _, value = value.partition(" ")
-        words = []
+        words: list[str] = []
         for _ in range(_OPTIONS.get(option, 1)):
             word, _, rest = value.strip().partition(" ")
             if words and not _is_number(word):

@@ -21,45 +21,60 @@ _NAMES = {"f4": "float", "f8": "double", "u1": "uchar", "i1": "char", "u2": "ush
           "i4": "int", "u8": "uint64", "i8": "int64"}  # fmt: skip
 _STL = np.dtype([("normal", "<f4", (3,)), ("corners", "<f4", (3, 3)), ("bytes", "<u2")])
 
-_Table = list[tuple[str, str, NDArray[np.float64]]]
-"""Columns: name, type, values."""
+_Table = list[tuple[str, str, NDArray[Any]]]
+"""Columns, or lists as rows: name, type, values."""
 
 
 def ply_bytes(sheets: list[Sheet], format_: PlyFormat, textures: dict[str, str]) -> tuple[bytes, int]:
     """A PLY file, and how many vertices it has.
 
-    `textures` are the file names of those that materials name. Positions are single or double as `format_` says, and what a PLY file had comes out in its types; else normals and
-    texture coordinates are as positions are, and colours bytes. Text keeps the shortest digits that read back exactly
-    in double.
+    Parameters
+    ----------
+    sheets : list of Sheet
+    format_ : PlyFormat
+        Positions are single or double as it says, and what a PLY file had comes out in its types; else normals and
+        texture coordinates are as positions are, and colours bytes. Text keeps the shortest digits that read back
+        exactly in double.
+    textures : dict of str to str
+        File names of those that materials name. Where there are several, faces tell theirs, and have the texture
+        coordinates of their corners.
     """
-    wedged = format_.wedges or len(textures) > 1
     real = "f8" if format_.double else "f4"
-    points = np.concatenate([one.points for one in sheets])
-    vertex: _Table = [(axis, real, column) for axis, column in zip("xyz", points.T, strict=True)]
-    normals = _normals(sheets)
-    if normals is not None:
-        bundle = format_.bundles.get("NORMAL", Bundle(("nx", "ny", "nz"), (real,) * 3))
-        vertex += [(name, kind, column) for name, kind, column in zip(*_named(bundle), normals.T, strict=True)]
-    uv = None
-    for one, values in _attributes(sheets, on_faces=False):
-        if one.name == "TEXCOORD_0" and wedged:
-            uv = values
-        elif one.kind != "tangent":
-            vertex += _columns(one, values, format_, real)
+    vertex, wedges = _vertex_table(sheets, format_, real, format_.wedges or len(textures) > 1)
     first, inverse = distinct_rows(np.stack([column for _, _, column in vertex], axis=1))
     vertex = [(name, kind, column[first]) for name, kind, column in vertex]
     corners = _corners(sheets)
+    lists: _Table = [("vertex_indices", "i4", inverse[corners])]
+    if wedges is not None:
+        lists.append(("texcoord", real, wedges[corners].reshape(-1, 6)))
     face: _Table = []
     if len(textures) > 1:
         face.append(("texnumber", "i4", np.concatenate([_texture_numbers(one, list(textures)) for one in sheets])))
     for one, values in _attributes(sheets, on_faces=True):
         face += _columns(one, values, format_, real)
-    wedges = None if uv is None else uv[corners].reshape(-1, 6)
-    header = _ply_header(format_.encoding, list(textures.values()), vertex, face, len(corners), None if wedges is None else real)
-    lists = [("vertex_indices", "i4", inverse[corners])] + ([] if wedges is None else [("texcoord", real, wedges)])
-    body = _ply_text if format_.encoding == "ascii" else _ply_binary
+    header = _ply_header(format_.encoding, list(textures.values()), vertex, lists, face)
+    if format_.encoding == "ascii":
+        return header + _ply_text(vertex, []) + _ply_text(face, lists), len(first)
     order = ">" if format_.encoding == "binary_big_endian" else "<"
-    return header + body(vertex, [], order) + body(face, lists, order), len(first)
+    return header + _ply_binary(vertex, [], order) + _ply_binary(face, lists, order), len(first)
+
+
+def _vertex_table(
+    sheets: list[Sheet], format_: PlyFormat, real: str, wedged: bool
+) -> tuple[_Table, NDArray[np.float64] | None]:
+    """Columns of all rows, and their texture coordinates, where these belong to the corners of faces."""
+    points = np.concatenate([one.points for one in sheets])
+    vertex: _Table = [(axis, real, column) for axis, column in zip("xyz", points.T, strict=True)]
+    normals, wedges = _normals(sheets), None
+    if normals is not None:
+        bundle = format_.bundles.get("NORMAL", Bundle(("nx", "ny", "nz"), (real,) * 3))
+        vertex += list(zip(bundle.properties, bundle.types, normals.T, strict=True))
+    for one, values in _attributes(sheets, on_faces=False):
+        if one.name == "TEXCOORD_0" and wedged:
+            wedges = np.nan_to_num(values)
+        elif one.kind != "tangent":
+            vertex += _columns(one, values, format_, real)
+    return vertex, wedges
 
 
 def _texture_numbers(one: Sheet, textures: list[str]) -> NDArray[np.float64]:
@@ -102,16 +117,12 @@ def _columns(one: Attribute, values: NDArray[np.float64], format_: PlyFormat, re
     if one.kind == "uv" or name.startswith("COLOR_"):
         values = np.where(np.isnan(values), 0.0 if one.kind == "uv" else 1.0, values)
     table: _Table = []
-    for label, kind, column in zip(*_named(bundle), values.T * bundle.scale, strict=True):
+    for label, kind, column in zip(bundle.properties, bundle.types, values.T * bundle.scale, strict=True):
         if kind[0] != "f":
             range_ = np.iinfo(kind)
             column = np.clip(np.rint(np.nan_to_num(column)), float(range_.min), float(range_.max))
         table.append((label, kind, column))
     return table
-
-
-def _named(bundle: Bundle) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    return bundle.properties, bundle.types
 
 
 def _whole_type(values: NDArray[np.float64]) -> str:
@@ -132,31 +143,28 @@ def _corners(sheets: list[Sheet]) -> NDArray[np.int64]:
     return np.concatenate([one.faces + start for one, start in zip(sheets, starts, strict=False)])
 
 
-def _ply_header(
-    encoding: str, textures: list[str], vertex: _Table, face: _Table, faces: int, wedge: str | None
-) -> bytes:
+def _ply_header(encoding: str, textures: list[str], vertex: _Table, lists: _Table, face: _Table) -> bytes:
     lines = ["ply", f"format {encoding} 1.0", *(f"comment TextureFile {name}" for name in textures)]
     lines.append(f"element vertex {len(vertex[0][2])}")
     lines += [f"property {_NAMES[kind]} {name}" for name, kind, _ in vertex]
-    lines += [f"element face {faces}", "property list uchar int vertex_indices"]
-    if wedge is not None:
-        lines.append(f"property list uchar {_NAMES[wedge]} texcoord")
+    lines.append(f"element face {len(lists[0][2])}")
+    lines += [f"property list uchar {_NAMES[kind]} {name}" for name, kind, _ in lists]
     lines += [f"property {_NAMES[kind]} {name}" for name, kind, _ in face]
     return "\n".join([*lines, "end_header", ""]).encode("utf-8", "surrogateescape")
 
 
-def _ply_text(table: _Table, lists: list[tuple[str, str, NDArray[Any]]], order: str) -> bytes:
+def _ply_text(table: _Table, lists: _Table) -> bytes:
     """Lines of an element: its lists, then its columns."""
     words: list[list[str]] = []
     for _, _, values in lists:
         words.append([str(values.shape[1])] * len(values))
         words += [list(map(repr, column.tolist())) for column in values.T]
     for _, kind, column in table:
-        words.append(list(map(repr if kind[0] == "f" else str, (column if kind[0] == "f" else column.astype(int)).tolist())))
+        words.append(list(map(repr, (column if kind[0] == "f" else column.astype(int)).tolist())))
     return "".join(" ".join(row) + "\n" for row in zip(*words, strict=True)).encode("ascii")
 
 
-def _ply_binary(table: _Table, lists: list[tuple[str, str, NDArray[Any]]], order: str) -> bytes:
+def _ply_binary(table: _Table, lists: _Table, order: str) -> bytes:
     """Rows of an element: its lists, then its columns."""
     fields: list[Any] = []
     for number, (_, kind, values) in enumerate(lists):
@@ -193,7 +201,8 @@ def off_text(sheets: list[Sheet], format_: OffFormat | None) -> tuple[bytes, int
     lines = [head, f"{len(first)} {sum(len(one.faces) for one in sheets)} 0", *_number_lines(flat[first])]
     corners = inverse[_corners(sheets)].tolist()
     behind = _off_behind(sheets, own.face_scale)
-    lines += [f"3 {a} {b} {c}{text}" for (a, b, c), text in zip(corners, behind or [""] * len(corners), strict=True)]
+    behind = behind or [""] * len(corners)
+    lines += [f"3 {a} {b} {c}{text}" for (a, b, c), text in zip(corners, behind, strict=True)]
     return ("\n".join(lines) + "\n").encode("ascii"), len(first)
 
 

@@ -55,7 +55,7 @@ class Sheet:
 def sheet(mesh: Mesh, light: Light, options: Options) -> Sheet:
     """A result in its mesh's own frame."""
     light, normals = shaded(mesh, light, options)
-    fixed = np.array([bool(part.fixed) for part in mesh.parts])[light.part_of_face]
+    fixed = mesh.passed_on[light.part_of_face]
     if mesh.normals is not None and normals is None and fixed.any():
         # Parts that are passed on keep their own.
         normals = np.zeros_like(light.points)
@@ -99,8 +99,8 @@ def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
 
 
 def as_shown(one: Sheet) -> Sheet:
-    """A sheet whose first UV set is what colour textures show as it is: other formats have but one, and no map of it."""
-    maps = [UvMap() if (own := material_of(part)) is None else own.uv_map for part in one.parts]
+    """A sheet whose first UV set is that of colour textures, mapped: other formats have one set, and no map of it."""
+    maps = [getattr(material_of(part), "uv_map", UvMap()) for part in one.parts]
     if all(maps[part] == UvMap() for part in np.unique(one.part)):
         return one
     one = _by_corners(one)

@@ -16,6 +16,7 @@ from ..polygons import select_polygons, triangulate_polygons
 from ..scene import Attribute, Indices, Mesh, Part, Points, check_finite, check_indices
 from .image_size import image_size
 
+
 def shown(name: str) -> str:
     """A name as text that every encoding takes: bytes that were no UTF-8 become question marks."""
     return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import secrets
 import shutil
 from pathlib import Path
 
 from ..errors import OutputError
+
+_TOKEN_BYTES = 4
+_LEFTOVER = re.compile(rf"\..+\.[0-9a-f]{{{2 * _TOKEN_BYTES}}}\.tmp", re.DOTALL)
 
 
 def replace_files(files: dict[Path, bytes]) -> None:
@@ -35,7 +39,7 @@ def replace_files(files: dict[Path, bytes]) -> None:
                     stream.write(data)
                 continue
             target = Path(os.path.realpath(path))
-            beside = target.with_name(f".{target.name}.{secrets.token_hex(4)}.tmp")
+            beside = target.with_name(f".{target.name}.{secrets.token_hex(_TOKEN_BYTES)}.tmp")
             temporary[beside] = target
             with open(beside, "xb") as stream:
                 stream.write(data)
@@ -54,3 +58,12 @@ def replace_files(files: dict[Path, bytes]) -> None:
             # A folder that takes no file may not let one go either; the error that led here says why.
             with contextlib.suppress(OSError):
                 beside.unlink()
+
+
+def clear_leftovers(folder: Path) -> None:
+    """Remove what processes that were killed while they wrote have left in a folder."""
+    with contextlib.suppress(FileNotFoundError), os.scandir(folder) as entries:
+        for entry in entries:
+            if _LEFTOVER.fullmatch(entry.name):
+                with contextlib.suppress(FileNotFoundError):
+                    os.unlink(entry.path)

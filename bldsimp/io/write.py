@@ -22,8 +22,8 @@ from .gltf_patch import patched
 from .losses import dropped, gltf_losses, losses
 from .mtl import material_library
 from .obj_write import obj_text
-from .plain_write import off_text, ply_bytes, stl_bytes
 from .off import OffFormat
+from .plain_write import off_text, ply_bytes, stl_bytes
 from .ply import PlyFormat
 from .rounding import counts_in_single, fallen_together, single_rounding
 from .sheet import Sheet, as_shown, instance, sheet, spread

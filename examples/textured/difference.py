@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bldsimp.compare.picture import Camera, Style
 from textured.draw import cameras, draw
 from textured.model import Floats, Model
 
@@ -14,6 +15,12 @@ WINDOW = 16
 
 SIZE = 240
 """Side of a view; pixels."""
+
+MEAN = 0.01
+"""Greatest mean difference that is none to the eye."""
+
+LOCAL = 0.01
+"""Greatest difference within a window that is none: a texture that is two texels off makes a greater one."""
 
 
 @dataclass(frozen=True)
@@ -37,14 +44,33 @@ class Difference:
     row: int
 
 
-def difference(before: Model, after: Model, size: int = SIZE) -> Difference:
-    """Compare eight views of two models, through cameras that fit the first."""
+@dataclass(frozen=True)
+class Views:
+    """A model seen from all sides.
+
+    Attributes
+    ----------
+    cameras : list of Camera and Style
+    pictures : list of (size, size, 3) float64
+    """
+
+    cameras: list[tuple[Camera, Style]]
+    pictures: list[Floats]
+
+    @classmethod
+    def of(cls, model: Model, like: Views | None = None) -> Views:
+        """Draw a model, through the cameras of another one's views, or those that fit it."""
+        chosen = like.cameras if like else cameras(model, SIZE)
+        return cls(chosen, [draw(model, camera, style) for camera, style in chosen])
+
+
+def difference(before: Views, after: Views) -> Difference:
+    """Compare views through the same cameras."""
     total, seen = 0.0, 0
     worst = (-1.0, 0, 0, 0)
-    for number, (camera, style) in enumerate(cameras(before, size)):
-        first, second = (draw(model, camera, style) for model in (before, after))
+    for number, (first, second) in enumerate(zip(before.pictures, after.pictures, strict=True)):
         apart = np.abs(first - second).mean(axis=2)
-        shown = np.any((first != style.paper) | (second != style.paper), axis=2)
+        shown = np.any((first != 1.0) | (second != 1.0), axis=2)
         total, seen = total + float(apart[shown].sum()), seen + int(shown.sum())
         means = windows(apart)
         row, column = np.unravel_index(int(np.argmax(means)), means.shape)

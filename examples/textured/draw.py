@@ -84,12 +84,12 @@ class Hits:
 
     def some(self, chosen: Integers) -> Hits:
         """A selection."""
-        own = (self.face, self.x, self.y, self.weight, self.nearness)
-        return Hits(*(values[chosen] for values in own))
+        places = (self.face[chosen], self.x[chosen], self.y[chosen])
+        return Hits(*places, self.weight[chosen], self.nearness[chosen])
 
     def mix(self, corners: Floats) -> Floats:
         """Values of corners, (m, 3, k), at the samples, (n, k)."""
-        return np.einsum("ij,ijk->ik", self.weight, corners[self.face])
+        return np.asarray(np.einsum("ij,ijk->ik", self.weight, corners[self.face]))
 
 
 def shaded(model: Model, hits: Hits, camera: Camera) -> Floats:

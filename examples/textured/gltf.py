@@ -1,4 +1,4 @@
-"""What glTF says is drawn: primitives under their nodes, with materials, textures and all UV sets; y up becomes z up."""
+"""What glTF says is drawn: primitives under their nodes, with materials, textures, all UV sets; y up."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 512
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 WRAPS = {33071: CLAMP, 33648: MIRROR, 10497: REPEAT}
 NEAREST = 9728
-Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
 def read_gltf(path: Path) -> list[Surface]:
@@ -30,7 +29,7 @@ def read_gltf(path: Path) -> list[Surface]:
     roots = scenes[document.json.get("scene", 0)].get("nodes", []) if scenes else []
     surfaces: list[Surface] = []
     for root in roots:
-        walk(document, root, Y_UP, surfaces)
+        walk(document, root, np.eye(4), surfaces)
     return surfaces
 
 

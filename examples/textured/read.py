@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -11,19 +12,31 @@ from PIL import Image
 from textured.gltf import read_gltf
 from textured.model import Floats, Material, Model, Surface, Texture
 
+Y_UP = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 
-def read(path: Path) -> Model:
-    """A model of any format, z upwards: glTF stands y up, all others are taken as they are."""
-    if path.suffix.lower() in (".glb", ".gltf"):
-        return Model.of(read_gltf(path))
-    scene = trimesh.load_scene(path, process=False)
-    return Model.of([surface_of(mesh) for mesh in scene.geometry.values()])
+
+def is_gltf(path: Path) -> bool:
+    """Whether a file is glTF, which stands y up."""
+    return path.suffix.lower() in (".glb", ".gltf")
+
+
+def read(path: Path, *, y_up: bool | None = None) -> Model:
+    """A model of any format, turned so that z is up; where not told otherwise, only glTF has to be."""
+    if is_gltf(path):
+        surfaces = read_gltf(path)
+    else:
+        surfaces = [surface_of(mesh) for mesh in trimesh.load_scene(path, process=False).geometry.values()]
+    if is_gltf(path) if y_up is None else y_up:
+        for surface in surfaces:
+            surface.points = surface.points @ Y_UP.T
+            surface.normals = None if surface.normals is None else surface.normals @ Y_UP.T
+    return Model.of(surfaces)
 
 
 def surface_of(mesh: trimesh.Trimesh) -> Surface:
     """A mesh of trimesh."""
     points, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
-    visual = mesh.visual
+    visual: Any = mesh.visual
     if visual.kind == "vertex":
         return Surface(points, faces, Material(), colours=levels(visual.vertex_colors))
     if visual.kind == "face":
@@ -47,11 +60,11 @@ def alpha_of(picture: Texture | None) -> str:
     return "MASK" if picture is not None and picture.pixels[..., 3].min() < 0.5 else "OPAQUE"
 
 
-def levels(colours: object) -> Floats:
+def levels(colours: Any) -> Floats:
     """Levels of 255 as shares."""
     return np.asarray(colours, float) / 255.0
 
 
 def pixels_of(image: Image.Image) -> Floats:
     """RGBA of an image."""
-    return levels(image.convert("RGBA"))
+    return levels(np.asarray(image.convert("RGBA")))

@@ -1,0 +1,263 @@
+"""A process of its own that makes one file light after the other, so that a bad one can cost no more than it.
+
+The process is started afresh rather than forked: nothing of the program that asks is in it, and it may be asked from a
+process that may have no children by `multiprocessing` (a Dask worker).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import errno
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from .. import __version__
+from ..errors import InputError, InternalError, OutputError, UsageError
+from ..report import one_line
+from .row import DONE, Row, failure
+from .storage import digest, storage_of
+from .task import Order, Task, recipe
+
+START_SECONDS = 300.0
+"""A worker that has not loaded its modules by then never will."""
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Variables that keep numerical libraries from sharing cores out that other workers have."""
+
+HEAD_BYTES = 4096
+
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+_PROGRAM = "import sys; sys.path[:] = {!r}; from bldsimp.batch.worker import serve; serve({})"
+
+
+class Worker:
+    """The process, as who asks sees it: started when there is something to do, and again where it died."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def run(
+        self, order: Order, timeout: float | None, stopping: Callable[[], bool]
+    ) -> Iterator[tuple[Task, Row]]:
+        """Have an order done.
+
+        Parameters
+        ----------
+        order : Order
+        timeout : float or None
+            Seconds for each file.
+        stopping : callable
+            Whether no other file is to be begun.
+
+        Yields
+        ------
+        task : Task
+        row : Row
+            In the order of the tasks, each as it ends. One that takes too long, or kills the process, fails.
+
+        Raises
+        ------
+        InternalError
+            Where no process can be started.
+        """
+        left = order.tasks
+        while left and not stopping():
+            if self._process is None:
+                self._start()
+            ended = 0
+            for ended, row in enumerate(self._rows(dataclasses.replace(order, tasks=left), timeout, stopping), 1):
+                yield left[ended - 1], row
+            left = left[ended:]
+
+    def kill(self) -> None:
+        """End the process at once; any thread may ask for it."""
+        process = self._process
+        if process is not None:
+            process.kill()
+
+    def close(self) -> None:
+        """Let the process end, as it does when nobody asks any more."""
+        if self._process is not None:
+            self._connection.close()
+            self._process.wait()
+            self._said.close()
+            self._process = None
+
+    def _start(self) -> None:
+        here, there = socket.socketpair()
+        # What a crash in native code says last ends up here.
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115
+        with there:
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", _PROGRAM.format(sys.path, there.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=self._said,
+                pass_fds=[there.fileno()],
+                env=os.environ | dict.fromkeys(ONE_THREAD, "1"),
+                # Ctrl-C in a terminal is for the program that asks.
+                start_new_session=True,
+            )
+        self._connection = Connection(here.detach())
+        try:
+            started = self._connection.poll(START_SECONDS) and self._connection.recv()
+        except (EOFError, OSError):
+            started = False
+        if not started:
+            raise InternalError(f"a worker could not start: its process {self._end()}")
+
+    def _rows(self, order: Order, timeout: float | None, stopping: Callable[[], bool]) -> Iterator[Row]:
+        """Rows as they come from the process; none comes after that of a task that cost it."""
+        task = order.tasks[0]
+        try:
+            self._connection.send(order)
+            for task in order.tasks:
+                if not self._connection.poll(timeout):
+                    self._end()
+                    yield failure(task, "timeout", f"took longer than {timeout:g} s: give --timeout more")
+                    return
+                yield self._connection.recv()
+                if stopping():
+                    self._connection.send(None)
+        except (EOFError, OSError):
+            ended = self._end()
+            if not stopping():
+                yield failure(task, "crash", f"its process {ended}")
+
+    def _end(self) -> str:
+        """End the process for good; how it ended, and what it said last."""
+        assert self._process is not None
+        self._process.kill()
+        code = self._process.wait()
+        self._said.seek(0)
+        said = one_line(self._said.read().decode("utf-8", "replace").strip().rpartition("\n")[2])
+        self.close()
+        if code >= 0:
+            how = f"ended with code {code}"
+        elif code == -signal.SIGKILL:
+            how = "was killed (SIGKILL): out of memory?"
+        else:
+            how = f"crashed ({signal.Signals(-code).name})"
+        return f"{how}: {said}" if said else how
+
+
+def serve(descriptor: int) -> None:
+    """What the process does: take orders until nobody gives any."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from .. import _core, file  # noqa: F401  # loaded before the first file's time runs
+
+    _core.limit_threads(1)
+    threading.Thread(target=_leave_with, args=(descriptor,), daemon=True).start()
+    connection = Connection(descriptor)
+    connection.send(True)
+    with contextlib.suppress(EOFError, OSError):
+        while (order := connection.recv()) is not None:
+            for task in order.tasks:
+                connection.send(simplified(task, order))
+                if connection.poll():
+                    break
+
+
+def _leave_with(descriptor: int) -> None:
+    """End at once when the program that asks is gone, however long a file still takes."""
+    poll = select.poll()
+    poll.register(descriptor, 0)
+    poll.poll()
+    os._exit(1)
+
+
+def simplified(task: Task, order: Order) -> Row:
+    """Make one file light; whatever is wrong with it ends in its row."""
+    start = time.perf_counter()
+    try:
+        _limit_memory(order.memory)
+        row = _simplified(task, order)
+    except MemoryError:
+        most = f"{order.memory / 1e6:,.0f} MB" if order.memory else "memory"
+        row = failure(task, "memory", f"needs more than the {most} that it may use: give --memory more")
+    except (InputError, UsageError) as error:
+        row = failure(task, "input", str(error))
+    except OutputError as error:
+        row = failure(task, "full" if _disk_is_full(error) else "output", str(error))
+    except OSError as error:
+        row = failure(task, "full" if _disk_is_full(error) else "input", f"{error.filename}: {error.strerror}")
+    except Exception as error:
+        row = failure(task, "internal", f"{type(error).__name__}: {error}")
+    row.seconds = round(time.perf_counter() - start, 4)
+    row.options, row.version = recipe(order.options), __version__
+    return row
+
+
+def _simplified(task: Task, order: Order) -> Row:
+    from ..file import simplify_file
+
+    if order.version != __version__:
+        raise InternalError(f"this worker has bldsimp {__version__}, not {order.version}: install the same everywhere")
+    inputs, outputs = storage_of(task.source), storage_of(task.target)
+    found = inputs.entry(task.source, task.name)
+    if found.refusal:
+        return failure(task, "refused", found.refusal)
+    with inputs.reading(task.source) as source, outputs.writing(task.target) as target:
+        with open(source, "rb") as stream:
+            _check_head(stream.read(HEAD_BYTES))
+            stream.seek(0)
+            input_digest = digest(stream)
+        report = simplify_file(source, task.from_, target, task.to, order.options, overwrite=order.overwrite).report
+        with open(target, "rb") as stream:
+            output_digest, output_bytes = digest(stream), os.fstat(stream.fileno()).st_size
+    before, after = report.before, report.after
+    return Row(
+        task.name,
+        task.output,
+        DONE,
+        input_bytes=found.size,
+        input_mtime_ns=found.mtime,
+        input_sha256=input_digest,
+        output_bytes=output_bytes,
+        output_sha256=output_digest,
+        points_before=before.points,
+        points_after=after.points,
+        triangles_before=before.triangles,
+        triangles_after=after.triangles,
+        tolerance=report.tolerance,
+        deviation=report.deviation,
+        attempts=2 if task.again else 1,
+        warnings=[*(f"passed on {part.name}: {part.reason}" for part in report.passed_on), *report.warnings],
+    )
+
+
+def _limit_memory(most: int | None) -> None:
+    """Let this process take so many bytes more than it has; only Linux counts what is meant here."""
+    if most is None or sys.platform != "linux":
+        return
+    import resource
+
+    pages = int(Path("/proc/self/statm").read_text().split()[5])
+    hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
+    wanted = pages * resource.getpagesize() + most
+    resource.setrlimit(resource.RLIMIT_DATA, (wanted if hard < 0 else min(wanted, hard), hard))
+
+
+def _check_head(head: bytes) -> None:
+    """Refuse what is no mesh in any format before it is read: a sparse file may be larger than the memory."""
+    if head and not any(head):
+        raise InputError(f"its first {len(head):,} bytes are all zero: no mesh")
+
+
+def _disk_is_full(error: BaseException | None) -> bool:
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in _FULL:
+            return True
+        error = error.__cause__ or error.__context__
+    return False

@@ -1,0 +1,372 @@
+"""`bldsimp batch` on one machine: what it finds, records, survives and goes on with."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from batch_runs import COMMAND, buildings, done, failed, misbehaving, results, rows, run, start, terrain
+from shapes import Gltf, fine_box, obj_text, write
+
+from bldsimp import __version__
+from bldsimp.cli import main
+from bldsimp.io import read
+
+LEAST_MEMORY = ("-j", "2", "--memory", "300M")
+
+
+def errors(result: subprocess.CompletedProcess[bytes]) -> str:
+    return result.stderr.decode(errors="surrogateescape").splitlines()[-1]
+
+
+@pytest.fixture
+def models(tmp_path: Path) -> Path:
+    return buildings(tmp_path / "models", 12)
+
+
+@pytest.fixture
+def light(tmp_path: Path) -> Path:
+    return tmp_path / "light"
+
+
+class TestInputs:
+    def test_a_folder_is_mirrored_and_each_file_has_a_row(self, models: Path, light: Path) -> None:
+        write(models / "district 0" / "notes.txt", "no model")
+        write(models / "district 0" / ".hidden.obj", "no model")
+        assert run(models, light, "--to", "glb").returncode == 0
+        names = {str(path.relative_to(models).with_suffix("")) for path in models.rglob("building*")}
+        assert {name.removesuffix(".glb") for name in results(light)} == names
+        assert len(read(light / "district 1" / "building_001.glb", "glb").meshes[0].faces) == 12
+        for row in rows(light / "manifest.jsonl"):
+            source, target = models / row["input"], light / row["output"]
+            assert (row["input_bytes"], row["output_bytes"]) == (source.stat().st_size, target.stat().st_size)
+            assert (row["points_before"], row["points_after"]) == (98, 8)
+            assert row["version"] == __version__
+
+    def test_hashes_are_those_of_the_files(self, models: Path, light: Path) -> None:
+        run(models, light)
+        for row in rows(light / "manifest.jsonl"):
+            for kind, path in (("input", models / row["input"]), ("output", light / row["output"])):
+                told = subprocess.run(["sha256sum", path], capture_output=True, text=True, check=True).stdout
+                assert told.split()[0] == row[f"{kind}_sha256"]
+
+    def test_a_glob_and_a_name_template(self, models: Path, light: Path) -> None:
+        assert run(models / "**" / "*_00[0-4].obj", light, "--name", "{stem}_light.{ext}").returncode == 0
+        assert sorted(results(light)) == [
+            "district 0/building_000_light.obj",
+            "district 1/building_004_light.obj",
+            "district 2/building_002_light.obj",
+        ]
+
+    @pytest.mark.parametrize("end", [b"\n", b"\0"])
+    def test_a_list_on_standard_input(self, models: Path, light: Path, end: bytes) -> None:
+        names = [b"district 0/building_000.obj", b"./district 1/building_001.ply"]
+        result = run("-", light, input=b"".join(name + end for name in names), cwd=models)
+        assert result.returncode == 0
+        assert sorted(results(light)) == ["district 0/building_000.obj", "district 1/building_001.ply"]
+
+    def test_the_folder_of_results_is_no_input(self, models: Path) -> None:
+        assert run(models, models / "light", "--to", "ply", "--name", "{stem}_{from}.{ext}").returncode == 0
+        assert run(models, models / "light", "--to", "ply", "--name", "{stem}_{from}.{ext}", "--resume").returncode == 0
+        assert len(done(models / "light" / "manifest.jsonl")) == 12
+
+    @pytest.mark.parametrize(
+        ("words", "told"),
+        [
+            (["models", "light", "--to", "glb"], "would both write"),
+            (["models", "models"], "is also the folder of the results"),
+            (["*.obj", "."], "would be overwritten"),
+            (["*.dae", "light"], "there is no such file"),
+            (["models", "light", "--name", "{size}.{ext}"], "--name"),
+            (["models", "light", "--memory", "20M", "-j", "4"], "too little for 4 jobs"),
+            (["models", "light", "--tolerance", "-1"], "--tolerance"),
+            (["models", "light", "--verify"], "--resume"),
+            (["models"], "folder for the results"),
+        ],
+    )
+    def test_wrong_usage_is_found_before_anything_runs(self, words: list[str], told: str, tmp_path: Path) -> None:
+        (tmp_path / "models").mkdir()
+        for path in ("models/a.obj", "models/a.ply", "b.obj"):
+            write(tmp_path / path, "no model")
+        before = results(tmp_path)
+        result = run(*words, cwd=tmp_path)
+        assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
+        assert told in errors(result)
+        assert results(tmp_path) == before
+
+    def test_what_is_there_is_kept(self, models: Path, light: Path) -> None:
+        light.mkdir()
+        (light / "district 0").mkdir()
+        mine = write(light / "district 0" / "building_000.obj", "mine")
+        assert run(models, light).returncode == 2
+        assert mine.read_text() == "mine"
+        assert run(models, light, "--overwrite").returncode == 0
+        assert run(models, light).returncode == 2
+        assert len(done(light / "manifest.jsonl")) == 12
+
+    def test_the_same_bytes_as_simplify_writes(self, models: Path, light: Path, tmp_path: Path) -> None:
+        run(models, light, "--to", "glb", "--tolerance", "1%")
+        source = models / "district 1" / "building_001.ply"
+        assert main(["simplify", str(source), str(tmp_path / "one.glb"), "--tolerance", "1%", "-q"]) == 0
+        assert (tmp_path / "one.glb").read_bytes() == results(light)["district 1/building_001.glb"]
+
+
+class TestPoison:
+    def test_bad_files_cost_no_other(self, models: Path, light: Path) -> None:
+        house = write(models / "house.obj", obj_text(*fine_box()))
+        document = Gltf()
+        document.mesh(document.box())
+        write(models / "cut.glb", document.glb()[:-40])
+        with open(models / "sparse.obj", "wb") as stream:
+            stream.truncate(2_000_000_000)
+        os.mkfifo(models / "pipe.obj")
+        os.symlink("loop.obj", models / "loop.obj")
+        os.symlink(models, models / "round")
+        with socket.socket(socket.AF_UNIX) as server:
+            server.bind(str(models / "socket.ply"))
+        write(models / "large.ply", terrain(400))
+        os.link(house, models / "two\nlines.obj")
+        os.link(house, os.fsencode(models) + b"/latin\xe9%.obj")
+        result = run(models, light, *LEAST_MEMORY)
+        assert result.returncode == 1
+        bad = failed(light / "manifest.jsonl")
+        assert {name: row["kind"] for name, row in bad.items()} == {
+            "cut.glb": "input",
+            "sparse.obj": "memory",
+            "pipe.obj": "refused",
+            "loop.obj": "refused",
+            "socket.ply": "refused",
+            "large.ply": "memory",
+        }
+        assert {name for name, row in bad.items() if row["attempts"] == 2} == {"cut.glb", "large.ply"}
+        for name in bad:
+            assert f"failed     {name}: " in result.stderr.decode(errors="surrogateescape")
+        good = done(light / "manifest.jsonl")
+        assert len(good) == 12 + 3
+        assert {"two\nlines.obj", "latin%E9%25.obj"} <= set(good)
+        for name in (b"two\nlines.obj", b"latin\xe9%.obj"):
+            assert os.path.getsize(os.fsencode(light) + b"/" + name) > 0
+        resumed = run(models, light, *LEAST_MEMORY, "--resume")
+        assert b"15 done before" in resumed.stderr
+
+    def test_a_sparse_file_that_would_fit_is_not_read(self, tmp_path: Path, light: Path) -> None:
+        with open(tmp_path / "sparse.stl", "wb") as stream:
+            stream.truncate(60_000_000)
+        assert run(tmp_path / "sparse.stl", light, cwd=tmp_path).returncode == 1
+        row = failed(light / "manifest.jsonl")["sparse.stl"]
+        assert row["kind"] == "input"
+        assert "all zero" in row["error"]
+
+    def test_a_file_and_a_folder_without_permission(self, models: Path, light: Path) -> None:
+        secret, closed = models / "district 0" / "building_000.obj", models / "district 1"
+        secret.chmod(0)
+        closed.chmod(0)
+        # An administrator may read everything, unless that is given up.
+        without = ["setpriv", "--bounding-set", "-dac_override,-dac_read_search"] if os.access(secret, os.R_OK) else []
+        if without and not shutil.which("setpriv"):
+            pytest.skip("this user may read everything")
+        result = subprocess.run(
+            [*without, *COMMAND, "batch", models, light], capture_output=True, timeout=60, check=False
+        )
+        closed.chmod(0o700)
+        assert result.returncode == 1
+        bad = failed(light / "manifest.jsonl")
+        assert {name: row["kind"] for name, row in bad.items()} == {
+            "district 0/building_000.obj": "input", "district 1": "refused",
+        }  # fmt: skip
+        assert all("ermission denied" in row["error"] for row in bad.values())
+        assert len(done(light / "manifest.jsonl")) == 7
+
+    def test_files_that_hang_crash_or_grow_cost_themselves_alone(
+        self, models: Path, light: Path, tmp_path: Path
+    ) -> None:
+        for name in ("hangs", "crashes", "grows"):
+            shutil.copy(models / "district 0" / "building_000.obj", models / "district 0" / f"{name}.obj")
+        result = run(models, light, *LEAST_MEMORY, "--timeout", "4", env=misbehaving(tmp_path / "site"))
+        assert result.returncode == 1
+        bad = failed(light / "manifest.jsonl")
+        assert {row["input"]: row["kind"] for row in bad.values()} == {
+            "district 0/hangs.obj": "timeout", "district 0/crashes.obj": "crash", "district 0/grows.obj": "memory",
+        }  # fmt: skip
+        assert all(row["attempts"] == 2 for row in bad.values())
+        assert "SIGSEGV" in bad["district 0/crashes.obj"]["error"]
+        assert len(done(light / "manifest.jsonl")) == len(results(light)) == 12
+
+    def test_a_full_disk(self, models: Path, tmp_path: Path) -> None:
+        light = tmp_path / "small"
+        light.mkdir()
+        mount = ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", str(light)]
+        if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
+            pytest.skip("no tmpfs may be mounted here")
+        try:
+            result = run(models, light)
+            assert result.returncode == 1
+            assert "No space left on device" in errors(result)
+            assert "--resume" in errors(result)
+            for name in done(light / "manifest.jsonl"):
+                assert len(read(light / name, Path(name).suffix[1:]).meshes[0].faces) == 12
+            assert not [name for name in results(light) if name.endswith(".tmp")]
+            subprocess.run(["mount", "-o", "remount,size=4m", str(light)], check=True)
+            assert run(models, light, "--resume").returncode == 0
+            assert sorted(done(light / "manifest.jsonl")) == sorted(results(light))
+        finally:
+            subprocess.run(["umount", str(light)], check=True)
+
+
+def wait_for_rows(manifest: Path, count: int) -> None:
+    while not manifest.exists() or manifest.read_bytes().count(b"\n") < count:
+        time.sleep(0.02)
+
+
+def processes_in(folder: Path) -> list[str]:
+    """Processes whose working directory is a folder."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if os.readlink(process / "cwd") == str(folder):
+                found.append(process.name)
+        except OSError:
+            continue
+    return found
+
+
+class TestResume:
+    def test_what_is_done_is_skipped_and_the_rest_redone(self, models: Path, light: Path) -> None:
+        write(models / "bad.obj", "no model")
+        assert run(models, light).returncode == 1
+        write(models / "bad.obj", obj_text(*fine_box()))
+        changed = write(models / "district 0" / "building_000.obj", obj_text(*fine_box(3)))
+        touched = models / "district 1" / "building_001.ply"
+        os.utime(touched)
+        (light / "district 2" / "building_002.obj").unlink()
+        write(light / "district 0" / "building_003.ply", "cut off")
+        before = rows(light / "manifest.jsonl")
+        result = run(models, light, "--resume")
+        assert result.returncode == 0
+        assert b"4 done, 9 done before" in result.stderr
+        again = rows(light / "manifest.jsonl")[len(before) :]
+        assert sorted(row["input"] for row in again) == [
+            "bad.obj", str(changed.relative_to(models)), "district 0/building_003.ply", "district 2/building_002.obj",
+        ]  # fmt: skip
+        assert b"0 done, 13 done before" in run(models, light, "--resume").stderr
+
+    def test_other_options_do_all_again(self, models: Path, light: Path) -> None:
+        run(models, light)
+        assert b"12 done before" in run(models, light, "--resume", "--tolerance", "auto").stderr
+        assert b"before" not in run(models, light, "--resume", "--tolerance", "1%").stderr
+        assert b"12 done before" in run(models, light, "--resume", "--tolerance", "1%").stderr
+
+    def test_verify_finds_what_size_and_time_hide(self, models: Path, light: Path) -> None:
+        run(models, light)
+        source, target = models / "district 0" / "building_000.obj", light / "district 1" / "building_001.ply"
+        times = source.stat()
+        write(source, source.read_text().replace("1.0", "1.5"))
+        os.utime(source, ns=(times.st_atime_ns, times.st_mtime_ns))
+        whole = target.read_bytes()
+        write(target, whole[:-1] + bytes([whole[-1] ^ 1]))
+        assert b"12 done before" in run(models, light, "--resume").stderr
+        assert b"2 done, 10 done before" in run(models, light, "--resume", "--verify").stderr
+        assert target.read_bytes() == whole
+
+    def test_a_torn_last_line_is_cut(self, models: Path, light: Path) -> None:
+        run(models, light)
+        manifest = light / "manifest.jsonl"
+        manifest.write_bytes(manifest.read_bytes()[:-30])
+        assert b"1 done, 11 done before" in run(models, light, "--resume").stderr
+        assert sorted(done(manifest)) == sorted(results(light))
+
+    def test_a_second_run_keeps_out(self, models: Path, light: Path, tmp_path: Path) -> None:
+        slow = misbehaving(tmp_path / "site", SECONDS_PER_FILE="0.3")
+        with start(models, light, "-j", "1", env=slow) as first:
+            wait_for_rows(light / "manifest.jsonl", 1)
+            second = run(models, light, "--resume")
+            first.communicate()
+        assert second.returncode == 2
+        assert "another run writes it" in errors(second)
+        assert first.returncode == 0
+
+
+class TestStops:
+    def test_a_killed_run_leaves_no_process_and_its_results_are_those_of_a_whole_one(
+        self, tmp_path: Path, light: Path
+    ) -> None:
+        models = buildings(tmp_path / "models", 60)
+        whole = tmp_path / "whole"
+        assert run(models, whole).returncode == 0
+        slow = misbehaving(tmp_path / "site", SECONDS_PER_FILE="0.02")
+        moment, recorded = random.Random(6), []
+        for _ in range(3):
+            with start(models, light, "--resume", env=slow, cwd=tmp_path) as killed:
+                wait_for_rows(light / "manifest.jsonl", len(recorded) + 2)
+                time.sleep(moment.uniform(0, 0.2))
+                killed.kill()
+            recorded = done(light / "manifest.jsonl")
+            assert 0 < len(recorded) < 60
+            while processes_in(tmp_path):
+                time.sleep(0.02)
+        write(light / "district 0" / ".building_000.obj.0123abcd.tmp", "half")
+        assert run(models, light, "--resume").returncode == 0
+        assert results(light) == results(whole)
+        names = done(light / "manifest.jsonl")
+        assert len(names) == len(set(names)) == 60
+        assert names[: len(recorded)] == recorded
+
+    def test_ctrl_c_once_finishes_what_is_running(self, models: Path, light: Path, tmp_path: Path) -> None:
+        slow = misbehaving(tmp_path / "site", SECONDS_PER_FILE="0.5")
+        with start(models, light, "-j", "2", env=slow) as process:
+            wait_for_rows(light / "manifest.jsonl", 2)
+            process.send_signal(signal.SIGINT)
+            stderr = process.communicate()[1]
+        assert process.returncode == 130
+        assert b"finishing what is running" in stderr
+        names = done(light / "manifest.jsonl")
+        assert 2 <= len(names) < 12
+        assert sorted(names) == sorted(results(light))
+        assert run(models, light, "--resume").returncode == 0
+        assert sorted(done(light / "manifest.jsonl")) == sorted(results(light))
+
+    def test_ctrl_c_twice_stops_now(self, models: Path, light: Path, tmp_path: Path) -> None:
+        shutil.copy(models / "district 0" / "building_000.obj", models / "hangs.obj")
+        with start(models, light, "-j", "2", env=misbehaving(tmp_path / "site"), cwd=tmp_path) as process:
+            wait_for_rows(light / "manifest.jsonl", 2)
+            process.send_signal(signal.SIGINT)
+            assert process.stderr is not None
+            while b"again stops now" not in process.stderr.readline():
+                continue
+            process.send_signal(signal.SIGINT)
+            process.communicate()
+        assert process.returncode == 130
+        while processes_in(tmp_path):
+            time.sleep(0.02)
+        names = [str(path.relative_to(models)) for path in models.rglob("*.*")]
+        # What ended in that moment may not be recorded yet, but it is whole, and nothing else is there.
+        assert set(done(light / "manifest.jsonl")) <= results(light).keys() <= set(names)
+
+
+class TestSummary:
+    def test_totals_slowest_files_and_errors_by_kind(self, models: Path, light: Path) -> None:
+        write(models / "bad.obj", "no model")
+        os.mkfifo(models / "pipe.obj")
+        run(models, light)
+        write(models / "bad.obj", "still none")
+        run(models, light, "--resume")
+        result = run("--summary", light / "manifest.jsonl")
+        assert (result.returncode, result.stderr) == (0, b"")
+        told = result.stdout.decode()
+        assert "12 done, 2 failed" in told
+        assert "triangles 2,304 -> 144" in told
+        assert "slowest: " in told
+        assert "1 x cannot be read as a mesh" in told
+        assert "pipe.obj: is a FIFO" in told
+
+    def test_a_manifest_that_is_not_there(self, light: Path) -> None:
+        result = run("--summary", light / "manifest.jsonl")
+        assert result.returncode == 1
+        assert "No such file" in errors(result)

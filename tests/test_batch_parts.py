@@ -1,0 +1,275 @@
+"""The parts of `batch`, each alone: names, globs, groups, memory, manifests, what is done already."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from batch_runs import buildings
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bldsimp import Options, UsageError
+from bldsimp.batch import resume
+from bldsimp.batch.groups import groups_of
+from bldsimp.batch.inputs import Layout, find_inputs, names_in, plan
+from bldsimp.batch.manifest import open_manifest, read_manifest
+from bldsimp.batch.memory import parse_bytes, share_of
+from bldsimp.batch.pool import Group, _Line
+from bldsimp.batch.row import DONE, Row, escaped, failure, unescaped
+from bldsimp.batch.task import Order, Task, recipe
+from bldsimp.batch.worker import simplified
+from bldsimp.cli import main
+from bldsimp.options import parse_tolerance
+
+names = st.binary(min_size=1, max_size=20).map(os.fsdecode)
+
+
+def task(name: str, size: int = 1, mtime: int = 1) -> Task:
+    return Task(name, f"/in/{name}", f"{name}.glb", f"/out/{name}.glb", "obj", "glb", size, mtime)
+
+
+def row_of(task: Task, output_bytes: int = 1) -> Row:
+    """The row of a task that is done."""
+    row = failure(task, "input", "")
+    row.status, row.kind, row.error, row.output_bytes = DONE, None, None, output_bytes
+    row.options, row.version = recipe(Options()), Order([], Options(), False).version
+    return row
+
+
+class TestNames:
+    @given(names)
+    def test_any_name_comes_back_from_a_line_of_utf8(self, name: str) -> None:
+        line = failure(task(name), "input", f"{name}: no model").to_line()
+        assert line.count(b"\n") == 1
+        assert unescaped(json.loads(line.decode("utf-8"))["input"]) == name
+        assert Row.from_line(line).input == name
+
+    @given(names, names)
+    def test_no_two_names_are_written_alike(self, one: str, other: str) -> None:
+        assert (escaped(one) == escaped(other)) is (one == other)
+
+    def test_plain_names_stay_as_they_are(self) -> None:
+        assert escaped("Gebäude 1/日本.obj") == "Gebäude 1/日本.obj"
+        assert escaped("100%") == "100%25"
+
+    def test_a_list_of_names_may_hold_newlines_where_zero_bytes_part_them(self) -> None:
+        assert names_in(b"a\nb.obj\0\xff.obj\0") == ["a\nb.obj", os.fsdecode(b"\xff.obj")]
+        assert names_in(b"a.obj\r.obj\n\n b.obj\n") == ["a.obj\r.obj", " b.obj"]
+
+
+class TestInputs:
+    @pytest.mark.parametrize(
+        ("pattern", "found"),
+        [
+            ("*.obj", ["a.obj"]),
+            ("**/*.obj", ["a.obj", "x/[c].obj", "x/b.obj", "x/y/a.obj"]),
+            ("x/*.obj", ["x/[c].obj", "x/b.obj"]),
+            ("x/**", ["x/[c].obj", "x/b.obj", "x/b.ply", "x/y/a.obj"]),
+            ("?/[!a].obj", ["x/b.obj"]),
+            ("x/[[]c].obj", ["x/[c].obj"]),
+            ("x/[c].obj", ["x/[c].obj"]),
+        ],
+    )
+    def test_globs(self, pattern: str, found: list[str], tmp_path: Path) -> None:
+        for name in ("a.obj", "x/b.obj", "x/b.ply", "x/[c].obj", "x/y/a.obj", "x/.hidden/a.obj", "out/a.obj"):
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).touch()
+        inputs = find_inputs([str(tmp_path / pattern)], str(tmp_path / "out"))
+        assert [os.path.relpath(each.source, tmp_path) for each in inputs] == found
+
+    def test_an_input_that_is_named_twice_is_one(self, tmp_path: Path) -> None:
+        folder = buildings(tmp_path / "models", 3)
+        layout = Layout(str(tmp_path / "light"), "{stem}.{ext}")
+        inputs = find_inputs([str(folder), str(folder / "**" / "*.obj")], layout.root)
+        assert len(plan(inputs, layout).tasks) == 3
+
+    def test_an_input_is_not_overwritten_through_a_link(self, tmp_path: Path) -> None:
+        folder = buildings(tmp_path / "models", 3)
+        (tmp_path / "link").symlink_to(folder)
+        layout = Layout(str(tmp_path / "link"), "{stem}.{ext}")
+        with pytest.raises(UsageError, match="would be overwritten"):
+            plan(find_inputs([str(folder / "**" / "*.obj")], layout.root), layout)
+
+
+class TestGroups:
+    @given(st.lists(st.integers(0, 100), max_size=60), st.integers(1, 9), st.integers(1, 300))
+    def test_all_tasks_in_few_groups_the_largest_first(self, sizes: list[int], files: int, size: int) -> None:
+        tasks = [task(str(i), size) for i, size in enumerate(sizes)]
+        groups = list(groups_of(tasks, files, size))
+        flat = [each for group in groups for each in group]
+        assert sorted(flat, key=lambda each: int(each.name)) == tasks
+        assert [each.size for each in flat] == sorted(sizes, reverse=True)
+        for group in groups:
+            assert len(group) <= files
+            assert len(group) == 1 or sum(each.size for each in group) <= size
+        for group, following in pairwise(groups):
+            assert len(group) == files or sum(each.size for each in group) + following[0].size > size
+
+    def test_groups_that_do_not_fit_together_wait(self) -> None:
+        line = _Line(10)
+        large, small, second = Group([task("large")], 7), Group([task("small")], 2), Group([task("second")], 6)
+        line.fill([large, second, small], 2)
+        assert line.take() == large
+        assert line.take() == small
+        line.give_back(large)
+        assert line.take() == second
+
+    def test_a_second_try_comes_last_and_with_the_memory_that_it_asks_for(self) -> None:
+        line = _Line(10)
+        first, other, again = Group([task("first")], 5), Group([task("other")], 5), Group([task("first")], 10)
+        line.fill([first, other], 5)
+        assert line.take() == first
+        line.add(again)
+        line.give_back(first)
+        assert line.take() == other
+        line.give_back(other)
+        assert line.take() == again
+        line.give_back(again)
+        assert line.take() is None
+
+
+class TestMemory:
+    @pytest.mark.parametrize(
+        ("text", "count"), [("8G", 8 * 10**9), ("1.5 gb", 1_500_000_000), ("300m", 300_000_000), ("12", 12)]
+    )
+    def test_amounts(self, text: str, count: int) -> None:
+        assert parse_bytes(text) == count
+
+    @pytest.mark.parametrize("text", ["", "G", "-1G", "8X", "1e9"])
+    def test_what_is_no_amount(self, text: str) -> None:
+        with pytest.raises(UsageError, match="no amount"):
+            parse_bytes(text)
+
+    def test_shares_leave_room_for_the_workers_themselves(self) -> None:
+        together, each = share_of(8 * 10**9, 4)
+        assert 4 * each <= together < 8 * 10**9
+
+
+class TestManifest:
+    def lines(self, path: Path) -> Iterator[str]:
+        return (row.input for row in read_manifest(str(path)))
+
+    def test_a_torn_line_is_cut_and_rows_follow_it(self, tmp_path: Path) -> None:
+        path = tmp_path / "manifest.jsonl"
+        first, second, third = (row_of(task(name)).to_line() for name in "abc")
+        path.write_bytes(first + second[:-9])
+        manifest = open_manifest(str(path), resume=True, overwrite=False)
+        assert [row.input for row in manifest.rows()] == ["a"]
+        manifest.append(Row.from_line(third))
+        manifest.close()
+        assert path.read_bytes() == first + third
+        assert list(self.lines(path)) == ["a", "c"]
+
+    @pytest.mark.parametrize("damage", [b"\0" * 40 + b"\n", b"[]\n", b'{"input": 3}\n', b"\xff\n"])
+    def test_a_line_that_is_none_costs_no_other(self, damage: bytes, tmp_path: Path) -> None:
+        path = tmp_path / "manifest.jsonl"
+        path.write_bytes(row_of(task("a")).to_line() + damage + row_of(task("b")).to_line())
+        assert list(self.lines(path)) == ["a", "b"]
+
+    def test_one_that_exists_is_kept_unless_said(self, tmp_path: Path) -> None:
+        path = tmp_path / "manifest.jsonl"
+        path.write_bytes(row_of(task("a")).to_line())
+        with pytest.raises(UsageError, match="--resume"):
+            open_manifest(str(path), resume=False, overwrite=False)
+        assert list(self.lines(path)) == ["a"]
+        open_manifest(str(path), resume=False, overwrite=True).close()
+        assert path.read_bytes() == b""
+
+
+class TestUnfinished:
+    def test_each_file_is_asked_for_once(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Neither reading a manifest nor planning from it grows faster than the files."""
+        tasks = [task(f"{i}.obj") for i in range(1000)]
+        counted = {"looked": 0, "hashed": 0}
+
+        class Counted:
+            def sizes(self, root: str):  # type: ignore[no-untyped-def]
+                def size(name: str) -> int:
+                    counted["looked"] += 1
+                    return 1
+
+                return size
+
+            def open(self, path: str):  # type: ignore[no-untyped-def]
+                counted["hashed"] += 1
+                raise FileNotFoundError(path)
+
+        monkeypatch.setattr(resume, "storage_of", lambda text: Counted())
+        # Ten were touched since, ten are of another size, and ten were never done.
+        rows = [row_of(each) for each in tasks[:990]]
+        for row in rows[:10]:
+            row.input_mtime_ns += 1
+        for row in rows[10:20]:
+            row.input_bytes += 1
+        left = resume.unfinished(
+            tasks, resume.finished(iter(rows), Options()), "/out", verify=False, jobs=2
+        )
+        assert {each.name for each in left} == {each.name for each in [*tasks[:20], *tasks[990:]]}
+        assert counted == {"looked": 980, "hashed": 10}
+
+    def test_the_last_row_of_a_file_counts(self) -> None:
+        good, bad = row_of(task("a")), failure(task("a"), "input", "no model")
+        assert resume.finished([good, bad], Options()) == {}
+        assert list(resume.finished([bad, good], Options())) == ["a"]
+
+    def test_other_options_or_another_version_count_as_not_done(self) -> None:
+        row = row_of(task("a"))
+        assert resume.finished([row], Options(tolerance=parse_tolerance("1%"))) == {}
+        row.version = "0.0.1"
+        assert resume.finished([row], Options()) == {}
+
+
+class TestUrls:
+    @pytest.fixture
+    def memory(self):  # type: ignore[no-untyped-def]
+        """The storage of fsspec's that is in memory, empty."""
+        fsspec = pytest.importorskip("fsspec")
+        system = fsspec.filesystem("memory")
+        yield system
+        system.store.clear()
+
+    def test_inputs_outputs_and_manifest(self, memory, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+        folder = buildings(tmp_path / "models", 6)
+        memory.put(str(folder), "memory://models", recursive=True)
+        layout = Layout("memory://light", "{stem}.{ext}", "glb")
+        todo = plan(find_inputs(["memory://models"], layout.root), layout)
+        manifest = open_manifest("memory://light/manifest.jsonl", resume=True, overwrite=False)
+        assert manifest.empty
+        for each in todo.tasks:
+            manifest.append(simplified(each, Order([each], Options(), overwrite=False)))
+        manifest.close()
+        rows = list(read_manifest("memory://light/manifest.jsonl"))
+        assert {row.input for row in rows} == {str(path.relative_to(folder)) for path in folder.rglob("*.*")}
+        for row in rows:
+            assert memory.info(f"memory://light/{row.output}")["size"] == row.output_bytes
+            assert (row.points_before, row.points_after) == (98, 8)
+        done = resume.finished(rows, Options())
+        assert resume.unfinished(todo.tasks, done, layout.root, verify=True, jobs=2) == []
+        memory.rm_file(f"memory://light/{rows[0].output}")
+        left = resume.unfinished(todo.tasks, done, layout.root, verify=False, jobs=2)
+        assert [each.name for each in left] == [rows[0].input]
+
+    def test_a_manifest_is_gone_on_with_in_another_part(self, memory) -> None:  # type: ignore[no-untyped-def]
+        url = "memory://light/manifest.jsonl"
+        for name in "ab":
+            manifest = open_manifest(url, resume=True, overwrite=False)
+            manifest.append(row_of(task(name)))
+            manifest.close()
+        assert [row.input for row in read_manifest(url)] == ["a", "b"]
+        with pytest.raises(UsageError, match="--resume"):
+            open_manifest(url, resume=False, overwrite=False)
+        assert open_manifest(url, resume=False, overwrite=True).empty
+
+    def test_file_urls_are_paths(self, tmp_path: Path) -> None:
+        folder = buildings(tmp_path / "models", 2)
+        assert main(["batch", f"file://{folder}", f"file://{tmp_path}/light", "-q"]) == 0
+        assert len(list((tmp_path / "light").rglob("building*"))) == 2
+
+    def test_an_unknown_scheme(self, tmp_path: Path) -> None:
+        with pytest.raises(UsageError, match=r"bldsimp\[dask\]"):
+            list(find_inputs(["nowhere://models"], str(tmp_path)))
