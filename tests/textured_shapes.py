@@ -1,7 +1,7 @@
-"""Random over-sampled shapes that carry textures, colours, materials and feature ids, changing where walls do and within.
+"""Random over-sampled shapes with textures, colours, materials and feature ids that change where walls do, and within.
 
-`textured_shape(seed)` is a mesh and the story of how it was made; the same seed is the same mesh. What a face carries is
-told by its plane and by which side of a few lines it lies on, and all lines run along edges; so every change is sharp.
+`textured_shape(seed)` is a mesh and the story of how it was made; the same seed is the same mesh. What a face carries
+is told by its plane and by which side of a few lines it lies on; the lines run along edges, so every change is sharp.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ Random = np.random.Generator
 Values = NDArray[np.float64]
 
 
-def textured_shape(seed: int, *, bent: bool = True) -> tuple[Mesh, str]:
-    """A random textured mesh, and its story; without maps that are not affine, unless `bent`."""
+def textured_shape(seed: int) -> tuple[Mesh, str]:
+    """A random textured mesh, and its story."""
     rng = np.random.default_rng(seed)
     source = SOURCES[int(rng.integers(len(SOURCES)))]
     points, faces = source(rng)
@@ -29,8 +29,7 @@ def textured_shape(seed: int, *, bent: bool = True) -> tuple[Mesh, str]:
     part = regions(points, faces, walls, rng, int(rng.integers(1, 4)))
     columns: dict[str, Values] = {}
     for name in ("TEXCOORD_0", "TEXCOORD_1")[: int(rng.integers(0, 3))]:
-        maps = MAPS if bent else [each for each in MAPS if each is not curved]
-        make = maps[int(rng.integers(len(maps)))]
+        make = MAPS[int(rng.integers(len(MAPS)))]
         story.append(f"{name}:{make.__name__}")
         columns[name] = make(points[faces], regions(points, faces, walls, rng, int(rng.integers(1, 5))), walls, rng)
     if rng.random() < 0.5:
