@@ -10,13 +10,15 @@ import painted
 import pytest
 from painted import ROOF, WALL, check_uv, side_areas, values
 from shapes import Gltf, fine_box, glb_parts, stl_bytes, write
+from textured_shapes import textured_shape
 
 from bldsimp import Options, Tolerance, simplify_scene
 from bldsimp.inspect import surface_of
 from bldsimp.io import Written, read
 from bldsimp.io import write as write_scene
+from bldsimp.io.losses import words
 from bldsimp.io.surface import material_of
-from bldsimp.scene import Mesh
+from bldsimp.scene import Mesh, Scene
 
 LIBRARY = "# by hand\nnewmtl wall\nKd 1 1 1\nmap_Kd wall.png\nillum 2\nnewmtl roof\nKd 1 1 1\nmap_Kd roof.png\n"
 
@@ -330,3 +332,33 @@ def ply(vertex, faces, face=(), *, encoding="binary_little_endian", wedges=None,
 def properties(path: Path) -> list[bytes]:
     """The property lines of a PLY file."""
     return re.findall(rb"^property .*$", path.read_bytes().split(b"end_header")[0], re.MULTILINE)
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_written_is_read_again(tmp_path: Path, seed: int, suffix: str) -> None:
+    given, story = textured_shape(seed)
+    scene = Scene(None, "arrays", [given], 0)
+    options = Options(tolerance=Tolerance(1.0, "percent")) if seed % 2 else Options()
+    (light_,), _ = simplify_scene(scene, options)
+    written = write_scene(scene, [light_], tmp_path / f"out.{suffix}", suffix, options)
+    mesh = mesh_of(tmp_path / f"out.{suffix}")
+    # PLY has the faces in order, OBJ and glTF part by part.
+    order = np.argsort(light_.part_of_face, kind="stable") if suffix != "ply" else np.arange(len(light_.faces))
+    world = mesh.points @ mesh.transforms[0][:3, :3].T + mesh.transforms[0][:3, 3]
+    assert np.allclose(world[mesh.faces], light_.points[light_.faces[order]], rtol=1e-12, atol=written.rounding), story
+    found = {one.name: one.values[mesh.faces] for one in mesh.attributes}
+    told = " ".join(written.warnings)
+    for one in given.attributes:
+        wanted = light_.values(one)[light_.faces[order]]
+        if suffix == "ply" and one.name == "TEXCOORD_1":
+            own = np.concatenate([found["_texcoord_1_0"], found["_texcoord_1_1"]], axis=2)
+        elif suffix == "obj" and one.name not in ("TEXCOORD_0", "COLOR_0"):
+            assert words(one.name) in told
+            continue
+        else:
+            own = found[one.name if suffix != "ply" else {"_FEATURE_ID_0": "_feature_id_0"}.get(one.name, one.name)]
+        # PLY colours are bytes; OBJ ones have no alpha.
+        allowed = 0.5 / 255 if one.name == "COLOR_0" and suffix == "ply" else 0.0
+        wanted = wanted[:, :, : own.shape[2]]
+        assert np.allclose(own, wanted, rtol=1e-6, atol=allowed + 1e-7), f"{story}: {one.name}"

@@ -73,8 +73,8 @@ def bldsimp() -> None:
     "--normals",
     type=click.Choice(NORMALS),
     default="auto",
-    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own."
-    "  [default: auto]",
+    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own, 'smooth' makes them"
+    " anew.  [default: auto]",
 )
 @click.option(
     "--crease-angle",
@@ -86,14 +86,16 @@ def bldsimp() -> None:
     "--delimit",
     default="all",
     metavar="WORDS",
-    help=f"What facets may not cross, with commas between: {', '.join(DELIMITS)}. UV, colours and feature ids that they"
-    " may cross are dropped; 'none' is for geometry alone.  [default: all]",
+    help=f"What facets may not cross, with commas between: {', '.join(DELIMITS)} (hard edges of stored normals). UV,"
+    " colours, and ids and labels (feature) that they may cross are dropped; 'none' is for geometry alone."
+    "  [default: all]",
 )
 @click.option(
     "--texture-tolerance",
     default=f"{TEXTURE_TOLERANCE:g}",
     metavar="TEXELS",
-    help=f"How far a texture may move on its wall, in texels of its image.  [default: {TEXTURE_TOLERANCE:g}]",
+    help="How far a texture may move on its wall, in texels of the largest image of its material."
+    f"  [default: {TEXTURE_TOLERANCE:g}]",
 )
 @click.option("--report", metavar="FILE.json", help="Also write what was done as JSON; '-' is standard output.")
 @click.option(
