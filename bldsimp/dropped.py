@@ -106,9 +106,8 @@ class _Components:
         component = _core.find_components(corners, len(welded.points))
         roots, order = np.unique(component, return_inverse=True)
         self.of_face = order.astype(np.int32)
-        passed_on = np.array([bool(part.fixed) for part in mesh.parts], bool)
         self.pinned = np.zeros(len(roots), bool)
-        self.pinned[self.of_face[passed_on[mesh.part_of_face]]] = True
+        self.pinned[self.of_face[mesh.passed_on[mesh.part_of_face]]] = True
         self.sizes = np.zeros(len(roots))
         for transform in mesh.transforms if len(mesh.transforms) else np.eye(4)[None]:
             low, high = _boxes(placed(mesh.points, transform), mesh.faces, self.of_face)

@@ -1,13 +1,14 @@
 """Looks: what facets may not cross so that a wall looks as it did, and what moves along with a point.
 
-A texture, or a colour that changes over a wall, is one affine map of the wall's plane, or it is cut where it is not. Then
-whatever points of the wall go, the picture stays where it is.
+A texture, or a colour that changes over a wall, is one affine map of the wall's plane, or the wall is cut where it is
+not. Then whatever points of the wall go, the picture stays where it is.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,7 +89,7 @@ class Looks:
         needle : float
             A face no higher than this has no normal worth regarding; model units.
         """
-        columns = [surface.part] if "material" in self.options.delimit else []
+        columns: list[NDArray[Any]] = [surface.part] if "material" in self.options.delimit else []
         corners = self.mesh.faces[surface.source]
         for one in self.kept:
             columns += _told_apart(one, surface.source, corners)
@@ -229,7 +230,7 @@ def _told_apart(one: Attribute, source: Indices, corners: Faces) -> list[NDArray
     if one.kind == "feature":
         names = np.sort(one.values[corners], axis=1)
         return list(names.reshape(len(corners), -1).T)
-    missing = np.isnan(one.values).any(axis=1)
+    missing: NDArray[np.bool_] = np.isnan(one.values).any(axis=1)
     if not missing.any():
         return []
     return [missing[corners].sum(axis=1).astype(np.float64)]
@@ -254,5 +255,6 @@ def _set(light: Light, kept: list[Attribute], every: NDArray[np.float64]) -> Non
         values = every[:, start:end]
         if one.name.startswith("COLOR_"):
             values = np.clip(values, 0.0, 1.0)
-        light.changed[one.name] = np.where(np.isnan(one.values[light.row]), np.nan, values)
+        missing = np.isnan(one.values[light.row])
+        light.changed[one.name] = np.where(missing, np.nan, values)
         start = end

@@ -42,7 +42,7 @@ def shaded(mesh: Mesh, light: Light, options: Options) -> tuple[Light, Normals |
     """
     if options.normals not in ("auto", "smooth") or (options.normals == "auto" and mesh.normals is None):
         return light, None
-    fixed = np.array([bool(part.fixed) for part in mesh.parts], bool)
+    fixed = mesh.passed_on
     stored = np.zeros_like(light.points) if mesh.normals is None else _turned(mesh, light, mesh.normals)
     made = ~fixed[light.part_of_face]
     if options.normals == "auto":

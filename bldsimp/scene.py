@@ -124,6 +124,11 @@ class Mesh:
     source: Any = None
 
     @cached_property
+    def passed_on(self) -> NDArray[np.bool_]:
+        """Which parts are left untouched."""
+        return np.array([bool(part.fixed) for part in self.parts], bool)
+
+    @cached_property
     def used_points(self) -> Points:
         """Rows of `points` that a face uses."""
         used = _core.mark_used(self.faces, len(self.points)).view(bool)

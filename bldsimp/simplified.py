@@ -20,7 +20,8 @@ from .dropped import Dropped, without_small
 from .errors import InputError
 from .number_format import number_format
 from .options import Options, Tolerance, check_length, parse_tolerance
-from .pipeline import Outcome, counted, simplify_mesh
+from .outcome import Outcome
+from .pipeline import counted, simplify_mesh
 from .report import DroppedPart, Report, passed_on
 from .rings import rings_of
 from .rows import distinct_rows

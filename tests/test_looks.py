@@ -9,7 +9,8 @@ import pytest
 
 from bldsimp.looks import Charted, Looks
 from bldsimp.options import DEFAULTS, DELIMITS, Options
-from bldsimp.pipeline import Outcome, simplify_mesh
+from bldsimp.outcome import Outcome
+from bldsimp.pipeline import simplify_mesh
 from bldsimp.scene import Attribute, Light, Mesh, Part
 
 WIDTH, HEIGHT, TEXELS = 10.0, 5.0, 1024
@@ -147,7 +148,8 @@ def test_what_two_maps_need_of_one_moved_row_becomes_two_rows() -> None:
     points = np.array([[0.0, 0, 0], [0, 1, 0], [-1, 0, 0], [1, 0, 0]])
     faces = np.array([[0, 1, 2], [0, 3, 1]], np.int32)
     given = mesh(points, faces, uv(np.abs(points[:, :2])))
-    moved = points + [[0.25, 0.5, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]
+    moved = points.copy()
+    moved[0] = [0.25, 0.5, 0]
     row = np.arange(4, dtype=np.int32)
     light = Light(moved, faces, np.zeros(2, np.int32), row, np.zeros(2, np.int32))
     maps = np.array([[[-1.0, 0, 0, 0], [0, 1, 0, 0]], [[1, 0, 0, 0], [0, 1, 0, 0]]])

@@ -19,7 +19,8 @@ from bldsimp.assembled import Layout
 from bldsimp.compare.standard import Conformity, StandardResult, standard_of, standard_surface
 from bldsimp.compare.surface import surface_of
 from bldsimp.options import Options, Tolerance
-from bldsimp.pipeline import Outcome, simplify_mesh
+from bldsimp.outcome import Outcome
+from bldsimp.pipeline import simplify_mesh
 from bldsimp.scene import Mesh, Part, Scene
 from bldsimp.simplified import simplify_meshes
 from bldsimp.triangulation import Statistics

@@ -87,7 +87,7 @@ def _replace_mesh(patch: _Patch, mesh: Mesh, light: Light) -> int:
     for number, part in enumerate(mesh.parts):
         if not part.fixed:
             groups.setdefault(part.source.rows, []).append(number)
-    untouched = np.array([bool(part.fixed) for part in mesh.parts])
+    untouched = mesh.passed_on
     vertices = len(np.unique(light.faces[untouched[light.part_of_face]]))
     empty: list[int] = []
     for rows, numbers in groups.items():

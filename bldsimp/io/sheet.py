@@ -55,7 +55,7 @@ class Sheet:
 def sheet(mesh: Mesh, light: Light, options: Options) -> Sheet:
     """A result in its mesh's own frame."""
     light, normals = shaded(mesh, light, options)
-    fixed = np.array([bool(part.fixed) for part in mesh.parts])[light.part_of_face]
+    fixed = mesh.passed_on[light.part_of_face]
     if mesh.normals is not None and normals is None and fixed.any():
         # Parts that are passed on keep their own.
         normals = np.zeros_like(light.points)
