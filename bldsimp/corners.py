@@ -31,17 +31,37 @@ def in_rows(
     mesh: Mesh,
     triangles: Faces,
     facet: Indices,
+    unchanged: Flags,
     kept: Flags,
     surface: Surface,
     owners: Owners,
 ) -> tuple[Light, Indices, Indices]:
-    """The result in rows of the mesh, its facets, and the corners whose rows are those of another group.
+    """Tell a result in rows of the mesh; parts that are passed on keep their faces to the letter.
 
-    Parts that are passed on keep their faces to the letter.
+    Parameters
+    ----------
+    mesh : Mesh
+    triangles : (k, 3) int32
+    facet : (k,) int32
+        Of each triangle.
+    unchanged : (f,) uint8
+        Facets whose faces keep the rows that they have.
+    kept : (n,) uint8
+        Points that triangles use.
+    surface : Surface
+    owners : Owners
+
+    Returns
+    -------
+    light : Light
+    facet : (k,) int32
+        Of its faces.
+    foreign : (j,) int32
+        Corners whose rows are those of another group.
     """
     found, foreign = _core.find_rows(
         triangles, facet, surface.faces, surface.rows, owners.facet_of_face, owners.group_of_facet,
-        owners.part_of_facet, kept,
+        owners.part_of_facet, unchanged, kept,
     )  # fmt: skip
     face_of_facet = np.zeros(len(owners.part_of_facet), np.int32)
     face_of_facet[owners.facet_of_face] = surface.source

@@ -230,7 +230,7 @@ def _told_apart(one: Attribute, source: Indices, corners: Faces) -> list[NDArray
     if one.kind == "feature":
         names = np.sort(one.values[corners], axis=1)
         return list(names.reshape(len(corners), -1).T)
-    missing: NDArray[np.bool_] = np.isnan(one.values).any(axis=1)
+    missing = np.asarray(np.isnan(one.values).any(axis=1))
     if not missing.any():
         return []
     return [missing[corners].sum(axis=1).astype(np.float64)]

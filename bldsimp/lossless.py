@@ -49,7 +49,7 @@ def lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: boo
     assembled = climb(points, faces, halfedges, facets, within, frozen)
     owners = owners_of(facets.facet_of_face, part, label, len(assembled.rung))
     light, facet_of_light, foreign = in_rows(
-        mesh, assembled.triangles, assembled.facet_of_triangle, assembled.kept, surface, owners
+        mesh, assembled.triangles, assembled.facet_of_triangle, assembled.unchanged, assembled.kept, surface, owners
     )
     if moved > 0:
         light.faces, away = at_their_points(mesh, light, welded)
