@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import painted
 import pytest
-from painted import ROOF, WALL, check_uv, side_areas, values
+from painted import IMAGE, ROOF, WALL, check_uv, side_areas, textured, values
+from PIL import Image
 from shapes import Gltf, fine_box, glb_parts, stl_bytes, write
 from textured_shapes import textured_shape
 
@@ -66,7 +67,7 @@ class TestTextures:
     def test_of_an_obj_stay_on_their_sides(self, house: Path, tmp_path: Path, suffix: str) -> None:
         written = light(house, tmp_path / "new" / f"out.{suffix}")
         check_textures(tmp_path / "new" / f"out.{suffix}")
-        assert not any("texture" in warning for warning in written.warnings)
+        assert not any("no file" in warning or "texture coordinates" in warning for warning in written.warnings)
 
     @pytest.mark.parametrize("middle", ["glb", "gltf", "ply"])
     @pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
@@ -159,6 +160,25 @@ class TestTextures:
         told = "MTL does not hold doubleSided of materials: lost" if suffix == "obj" else "PLY holds no parts"
         assert any(told in warning for warning in written.warnings)
 
+    def test_a_part_without_texture_has_none_in_ply(self, house: Path, tmp_path: Path) -> None:
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd roof.png", ""))
+        light(house, tmp_path / "new" / "out.ply")
+        mesh = mesh_of(tmp_path / "new" / "out.ply")
+        textures = [None if (own := material_of(part)) is None else own.texture for part in mesh.parts]
+        assert sorted(map(str, textures)) == ["None", "wall.png"]
+        assert side_areas(mesh, mesh.part_of_face == textures.index("wall.png")) == [0, 0, 4, 4, 4, 4]
+        assert b"texnumber" in (tmp_path / "new" / "out.ply").read_bytes()
+
+    def test_pixels_of_other_formats_are_stored_without_loss(self, tmp_path: Path, monkeypatch) -> None:
+        monkeypatch.setattr("trimesh.load_scene", lambda *_, **__: textured().scene())
+        scene = read(write(tmp_path / "in.3mf", b"whatever"), "3mf")
+        lights, _ = simplify_scene(scene, Options())
+        write_scene(scene, lights, tmp_path / "out.obj", "obj", Options())
+        check_uv(mesh_of(tmp_path / "out.obj"))
+        stored = Image.open(tmp_path / "wall.png")
+        assert (stored.size, stored.tobytes()) == (IMAGE.size, IMAGE.tobytes())
+        assert mesh_of(tmp_path / "out.obj").attributes[0].steps.tolist() == [list(IMAGE.size)]
+
     def test_materials_of_one_name_stay_two(self, house: Path, tmp_path: Path) -> None:
         light(house, tmp_path / "mid.gltf")
         text = (tmp_path / "mid.gltf").read_text().replace('"name": "roof"', '"name": "wall"')
@@ -175,6 +195,18 @@ class TestColors:
         mesh = mesh_of(tmp_path / "new" / f"out.{suffix}")
         assert len(mesh.faces) == 12
         assert np.allclose(values(mesh, "COLOR_0")[:, :3], painted.color_of(mesh.points), rtol=0, atol=1e-7)
+
+    @pytest.mark.parametrize("suffix", ["obj", "ply"])
+    def test_of_an_obj_in_levels_stay_levels(self, tmp_path: Path, suffix: str) -> None:
+        points, faces = fine_box()
+        rows = np.hstack([points, painted.color_of(points) * 255]).tolist()
+        lines = ["v " + " ".join(map(repr, row)) for row in rows] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
+        light(write(tmp_path / "in.obj", "\n".join(lines)), tmp_path / f"out.{suffix}")
+        mesh = mesh_of(tmp_path / f"out.{suffix}")
+        assert np.allclose(values(mesh, "COLOR_0"), painted.color_of(mesh.points), atol=1e-12)
+        if suffix == "obj":
+            stored = [line.split()[4:] for line in (tmp_path / "out.obj").read_text().splitlines() if line[:2] == "v "]
+            assert {word for row in stored for word in row} == {"0.0", "204.0"}
 
     @pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
     @pytest.mark.parametrize("kind", ["uchar", "ushort", "float"])
