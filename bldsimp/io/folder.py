@@ -22,11 +22,12 @@ def beneath(folder: Path | None, name: str) -> Path | None:
 
 
 class Folder:
-    """Files beneath a model's folder, and how many bytes of them were read."""
+    """Files beneath a model's folder: how many bytes of which were read."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
         self.size = 0
+        self.names: list[str] = []
 
     def __call__(self, name: str) -> bytes | None:
         """The bytes of a file, or None where there is none to be read."""
@@ -35,4 +36,5 @@ class Folder:
             return None
         data = path.read_bytes()
         self.size += len(data)
+        self.names.append(os.path.relpath(path, self.path))
         return data
