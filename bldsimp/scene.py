@@ -41,6 +41,8 @@ class Part:
     fixed : tuple of str
         What of it cannot follow a change of its faces (a skin, morph targets, an unknown extension): a part with
         any is passed on untouched.
+    one_sided : bool
+        Its faces are seen from the front only.
     source : object
         Where the reader found it; only `io` looks inside.
     """
@@ -48,6 +50,7 @@ class Part:
     name: str
     attributes: tuple[str, ...] = ()
     fixed: tuple[str, ...] = ()
+    one_sided: bool = False
     source: Any = None
 
 

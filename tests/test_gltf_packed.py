@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import light_of, new_primitive
+from gltf_cases import decoder, light_of, new_primitive
 from shapes import Gltf, box, fine_box, glb_parts, glb_values, triangle_set
 
 from bldsimp import InputError
@@ -28,7 +28,7 @@ def glb(json_: dict[str, Any], data: bytes) -> bytes:
 
 def with_meshopt(document: Gltf, views: dict[int, tuple[str, str]]) -> bytes:
     """A document with some of its views compressed, each by a mode and after a filter."""
-    meshoptimizer = pytest.importorskip("meshoptimizer")
+    meshoptimizer = decoder("meshoptimizer")
     json_, data = json.loads(json.dumps(document.json)), bytearray(document.data)
     for number, (mode, filter_) in views.items():
         view = json_["bufferViews"][number]
@@ -55,7 +55,7 @@ def with_meshopt(document: Gltf, views: dict[int, tuple[str, str]]) -> bytes:
 
 def with_draco(document: Gltf, **kinds: Any) -> bytes:
     """A document whose first primitive is compressed, its attributes by their type or as generic ones."""
-    draco = pytest.importorskip("DracoPy")
+    draco = decoder("DracoPy")
     json_ = json.loads(json.dumps(document.json))
     primitive, whole = json_["meshes"][0]["primitives"][0], document.glb()
     values = {name: glb_values(whole, number) for name, number in primitive["attributes"].items()}
