@@ -44,7 +44,8 @@ def collapsed(
     label, charted = _charted(looks, surface, pinned != 0)
     # What a picture is on would be missed, however near the rest is.
     stays = pinned | looks.textured()[part]
-    needless, dropped = spare(points, faces, part, stays, within)
+    one_sided = np.array([one.one_sided for one in mesh.parts], np.uint8)[part]
+    needless, dropped = spare(points, faces, part, stays, one_sided, within)
     decimals = _NONE_MOVES if mesh.quantized else _decimals(tolerance)
     lids, beside, closed = _lids(points, faces, label, pinned, needless, within, options)
     given = np.concatenate([np.arange(len(faces), dtype=np.int32), beside])

@@ -41,6 +41,8 @@ class Part:
     fixed : tuple of str
         What of it cannot follow a change of its faces (a skin, morph targets, an unknown extension): a part with
         any is passed on untouched.
+    one_sided : bool
+        Its faces are seen from the front only.
     source : object
         Where the reader found it; only `io` looks inside.
     """
@@ -48,6 +50,7 @@ class Part:
     name: str
     attributes: tuple[str, ...] = ()
     fixed: tuple[str, ...] = ()
+    one_sided: bool = False
     source: Any = None
 
 
@@ -158,6 +161,8 @@ class Scene:
     warnings : list of str
     source : object
         Only `io` looks inside.
+    beside : list of str
+        Buffers and libraries that were read with the file, by their names beneath its folder.
     """
 
     path: Path | None
@@ -166,6 +171,7 @@ class Scene:
     size: int
     warnings: list[str] = field(default_factory=list)
     source: Any = None
+    beside: list[str] = field(default_factory=list)
 
 
 @dataclass

@@ -9,11 +9,14 @@ from __future__ import annotations
 import struct
 
 import numpy as np
+import trimesh
+from PIL import Image
 from shapes import fine_box
 
 from bldsimp.scene import Mesh
 
 SIZE = 2.0
+IMAGE = Image.new("RGB", (64, 32), (200, 90, 40))
 
 
 def png(width: int, height: int) -> bytes:
@@ -88,3 +91,14 @@ def side_areas(mesh: Mesh, chosen: np.ndarray) -> list[float]:
     corners = mesh.points[mesh.faces[chosen]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     return np.bincount(side_of(corners), area, 6).tolist()
+
+
+def textured() -> trimesh.Trimesh:
+    """The painted box, its points repeated at seams."""
+    points, faces = fine_box()
+    corners = points[faces]
+    rows = np.hstack([corners.reshape(-1, 3), uv_of(corners).reshape(-1, 2)])
+    distinct, inverse = np.unique(rows, axis=0, return_inverse=True)
+    material = trimesh.visual.material.SimpleMaterial(image=IMAGE, name="wall")
+    visual = trimesh.visual.TextureVisuals(uv=distinct[:, 3:], material=material)
+    return trimesh.Trimesh(distinct[:, :3], inverse.reshape(-1, 3), visual=visual, process=False)

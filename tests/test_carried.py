@@ -8,15 +8,18 @@ from pathlib import Path
 import numpy as np
 import painted
 import pytest
-from painted import ROOF, WALL, check_uv, side_areas, values
+from painted import IMAGE, ROOF, WALL, check_uv, side_areas, textured, values
+from PIL import Image
 from shapes import Gltf, fine_box, glb_parts, stl_bytes, write
+from textured_shapes import textured_shape
 
 from bldsimp import Options, Tolerance, simplify_scene
 from bldsimp.inspect import surface_of
 from bldsimp.io import Written, read
 from bldsimp.io import write as write_scene
+from bldsimp.io.losses import words
 from bldsimp.io.surface import material_of
-from bldsimp.scene import Mesh
+from bldsimp.scene import Mesh, Scene
 
 LIBRARY = "# by hand\nnewmtl wall\nKd 1 1 1\nmap_Kd wall.png\nillum 2\nnewmtl roof\nKd 1 1 1\nmap_Kd roof.png\n"
 
@@ -64,7 +67,7 @@ class TestTextures:
     def test_of_an_obj_stay_on_their_sides(self, house: Path, tmp_path: Path, suffix: str) -> None:
         written = light(house, tmp_path / "new" / f"out.{suffix}")
         check_textures(tmp_path / "new" / f"out.{suffix}")
-        assert not any("texture" in warning for warning in written.warnings)
+        assert not any("no file" in warning or "texture coordinates" in warning for warning in written.warnings)
 
     @pytest.mark.parametrize("middle", ["glb", "gltf", "ply"])
     @pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
@@ -157,6 +160,25 @@ class TestTextures:
         told = "MTL does not hold doubleSided of materials: lost" if suffix == "obj" else "PLY holds no parts"
         assert any(told in warning for warning in written.warnings)
 
+    def test_a_part_without_texture_has_none_in_ply(self, house: Path, tmp_path: Path) -> None:
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd roof.png", ""))
+        light(house, tmp_path / "new" / "out.ply")
+        mesh = mesh_of(tmp_path / "new" / "out.ply")
+        textures = [None if (own := material_of(part)) is None else own.texture for part in mesh.parts]
+        assert sorted(map(str, textures)) == ["None", "wall.png"]
+        assert side_areas(mesh, mesh.part_of_face == textures.index("wall.png")) == [0, 0, 4, 4, 4, 4]
+        assert b"texnumber" in (tmp_path / "new" / "out.ply").read_bytes()
+
+    def test_pixels_of_other_formats_are_stored_without_loss(self, tmp_path: Path, monkeypatch) -> None:
+        monkeypatch.setattr("trimesh.load_scene", lambda *_, **__: textured().scene())
+        scene = read(write(tmp_path / "in.3mf", b"whatever"), "3mf")
+        lights, _ = simplify_scene(scene, Options())
+        write_scene(scene, lights, tmp_path / "out.obj", "obj", Options())
+        check_uv(mesh_of(tmp_path / "out.obj"))
+        stored = Image.open(tmp_path / "wall.png")
+        assert (stored.size, stored.tobytes()) == (IMAGE.size, IMAGE.tobytes())
+        assert mesh_of(tmp_path / "out.obj").attributes[0].steps.tolist() == [list(IMAGE.size)]
+
     def test_materials_of_one_name_stay_two(self, house: Path, tmp_path: Path) -> None:
         light(house, tmp_path / "mid.gltf")
         text = (tmp_path / "mid.gltf").read_text().replace('"name": "roof"', '"name": "wall"')
@@ -173,6 +195,18 @@ class TestColors:
         mesh = mesh_of(tmp_path / "new" / f"out.{suffix}")
         assert len(mesh.faces) == 12
         assert np.allclose(values(mesh, "COLOR_0")[:, :3], painted.color_of(mesh.points), rtol=0, atol=1e-7)
+
+    @pytest.mark.parametrize("suffix", ["obj", "ply"])
+    def test_of_an_obj_in_levels_stay_levels(self, tmp_path: Path, suffix: str) -> None:
+        points, faces = fine_box()
+        rows = np.hstack([points, painted.color_of(points) * 255]).tolist()
+        lines = ["v " + " ".join(map(repr, row)) for row in rows] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
+        light(write(tmp_path / "in.obj", "\n".join(lines)), tmp_path / f"out.{suffix}")
+        mesh = mesh_of(tmp_path / f"out.{suffix}")
+        assert np.allclose(values(mesh, "COLOR_0"), painted.color_of(mesh.points), atol=1e-12)
+        if suffix == "obj":
+            stored = [line.split()[4:] for line in (tmp_path / "out.obj").read_text().splitlines() if line[:2] == "v "]
+            assert {word for row in stored for word in row} == {"0.0", "204.0"}
 
     @pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian", "binary_big_endian"])
     @pytest.mark.parametrize("kind", ["uchar", "ushort", "float"])
@@ -330,3 +364,33 @@ def ply(vertex, faces, face=(), *, encoding="binary_little_endian", wedges=None,
 def properties(path: Path) -> list[bytes]:
     """The property lines of a PLY file."""
     return re.findall(rb"^property .*$", path.read_bytes().split(b"end_header")[0], re.MULTILINE)
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_written_is_read_again(tmp_path: Path, seed: int, suffix: str) -> None:
+    given, story = textured_shape(seed)
+    scene = Scene(None, "arrays", [given], 0)
+    options = Options(tolerance=Tolerance(1.0, "percent")) if seed % 2 else Options()
+    (light_,), _ = simplify_scene(scene, options)
+    written = write_scene(scene, [light_], tmp_path / f"out.{suffix}", suffix, options)
+    mesh = mesh_of(tmp_path / f"out.{suffix}")
+    # PLY has the faces in order, OBJ and glTF part by part.
+    order = np.argsort(light_.part_of_face, kind="stable") if suffix != "ply" else np.arange(len(light_.faces))
+    world = mesh.points @ mesh.transforms[0][:3, :3].T + mesh.transforms[0][:3, 3]
+    assert np.allclose(world[mesh.faces], light_.points[light_.faces[order]], rtol=1e-12, atol=written.rounding), story
+    found = {one.name: one.values[mesh.faces] for one in mesh.attributes}
+    told = " ".join(written.warnings)
+    for one in given.attributes:
+        wanted = light_.values(one)[light_.faces[order]]
+        if suffix == "ply" and one.name == "TEXCOORD_1":
+            own = np.concatenate([found["_texcoord_1_0"], found["_texcoord_1_1"]], axis=2)
+        elif suffix == "obj" and one.name not in ("TEXCOORD_0", "COLOR_0"):
+            assert words(one.name) in told
+            continue
+        else:
+            own = found[one.name if suffix != "ply" else {"_FEATURE_ID_0": "_feature_id_0"}.get(one.name, one.name)]
+        # PLY colours are bytes; OBJ ones have no alpha.
+        allowed = 0.5 / 255 if one.name == "COLOR_0" and suffix == "ply" else 0.0
+        wanted = wanted[:, :, : own.shape[2]]
+        assert np.allclose(own, wanted, rtol=1e-6, atol=allowed + 1e-7), f"{story}: {one.name}"

@@ -13,6 +13,7 @@ from solids import Shape
 
 from bldsimp import _core
 from bldsimp.options import Options, Tolerance
+from bldsimp.pipeline import simplify_mesh
 from bldsimp.scene import Mesh, Part, Scene
 from bldsimp.simplified import simplify_scene
 
@@ -284,3 +285,13 @@ def test_every_combination_of_three_plates() -> None:
     for chosen in itertools.combinations(plates, 3):
         case = simplified(solids.welded(solids.merged(*chosen)), 0.3)
         assert well_done(case), chosen
+
+
+@pytest.mark.parametrize("one_sided", [False, True])
+def test_a_sheet_seen_from_one_side_stays_before_its_back(one_sided: bool) -> None:
+    front, back = solids.square(), solids.reversed_winding(solids.moved(solids.square(), (0, 0, 1e-3)))
+    shape = solids.merged(front, back)
+    mesh = Mesh("sign", *shape, np.repeat([0, 1], 2).astype(np.int32), [Part(n, (), (), one_sided) for n in "ab"])
+    outcome = simplify_mesh(mesh, 0.01)
+    assert len(outcome.dropped) == (0 if one_sided else 1)
+    assert len(outcome.light.faces) == (4 if one_sided else 2)

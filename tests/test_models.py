@@ -8,7 +8,7 @@ import judge
 import numpy as np
 import pytest
 
-from bldsimp import pipeline
+from bldsimp import collapsed
 from bldsimp.dropped import Dropped
 from bldsimp.io import SUFFIXES, read
 from bldsimp.options import Options, Tolerance
@@ -102,7 +102,7 @@ def nothing_spare(points: Points, faces: Faces, *_: object) -> tuple[Flags, list
 def test_models_keep_every_promise_at_a_rough_tolerance(
     name: str, models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "spare", nothing_spare)
+    monkeypatch.setattr(collapsed, "spare", nothing_spare)
     judged(scene_of(models / name), Tolerance(1.0, "percent"))
 
 

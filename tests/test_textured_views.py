@@ -7,12 +7,16 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 from conftest import ROOT, models_folder
 
 pytest.importorskip("PIL", reason="the extra 'pictures' is not installed")
 sys.path.insert(0, str(ROOT / "examples"))
 
+from buildings.tessellate import tessellate
+from buildings.textured_house import colours, terrace
 from textured.difference import LOCAL, MEAN, Difference, Views, difference
 from textured.model import Model
 from textured.read import is_gltf
@@ -74,6 +78,22 @@ def test_our_house_looks_the_same_within_a_wide_tolerance(source: Path, suffix: 
     found = seen_apart(source, tmp_path / f"light.{suffix}", Tolerance(0.1, "percent"))
     assert found.mean < MEAN
     assert found.local < LOCAL_MOVED
+
+
+@pytest.mark.parametrize("suffix", ["ply", "glb", "obj"])
+@pytest.mark.parametrize("on", ["vertices", "faces"])
+def test_colours_of_a_ply_look_the_same(on: str, suffix: str, tmp_path: Path) -> None:
+    points, faces = tessellate(terrace(), 0.4)
+    mesh = trimesh.Trimesh(points, faces, process=False)
+    if on == "vertices":
+        mesh.visual.vertex_colors = np.round(255 * colours(points)).astype(np.uint8)
+    else:
+        mesh.visual.face_colors = np.round(255 * colours(np.round(mesh.triangles_center))).astype(np.uint8)
+    source = tmp_path / "coloured.ply"
+    mesh.export(source)
+    found = seen_apart(source, tmp_path / f"light.{suffix}", Tolerance())
+    assert found.mean < MEAN
+    assert found.local < LOCAL
 
 
 @pytest.mark.parametrize("tolerance", [Tolerance(), Tolerance(0.1, "percent")], ids=["auto", "wide"])

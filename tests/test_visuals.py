@@ -5,23 +5,10 @@ from __future__ import annotations
 import numpy as np
 import painted
 import trimesh
-from PIL import Image
+from painted import IMAGE, textured
 from shapes import fine_box
 
 import bldsimp
-
-IMAGE = Image.new("RGB", (64, 32), (200, 90, 40))
-
-
-def textured() -> trimesh.Trimesh:
-    """The painted box, its points repeated at seams."""
-    points, faces = fine_box()
-    corners = points[faces]
-    rows = np.hstack([corners.reshape(-1, 3), painted.uv_of(corners).reshape(-1, 2)])
-    distinct, inverse = np.unique(rows, axis=0, return_inverse=True)
-    material = trimesh.visual.material.SimpleMaterial(image=IMAGE, name="wall")
-    visual = trimesh.visual.TextureVisuals(uv=distinct[:, 3:], material=material)
-    return trimesh.Trimesh(distinct[:, :3], inverse.reshape(-1, 3), visual=visual, process=False)
 
 
 def plain() -> trimesh.Trimesh:

@@ -83,3 +83,9 @@ def _uv_map(info: dict[str, Any]) -> UvMap:
     c, s = math.cos(angle), math.sin(angle)
     # With v = 1 - w: u' = c x u + s y (1 - w) + dx, and w' = 1 + s x u - c y (1 - w) - dy.
     return UvMap(number, (c * x, -s * y, s * y + dx, s * x, c * y, 1.0 - c * y - dy))
+
+
+def is_one_sided(document: Document, primitive: dict[str, Any]) -> bool:
+    """Whether back faces of a primitive are not drawn; the default where it names no material."""
+    number, materials = primitive.get("material"), document.items("materials")
+    return number is None or not 0 <= number < len(materials) or not materials[number].get("doubleSided", False)

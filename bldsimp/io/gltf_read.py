@@ -12,7 +12,7 @@ from ..number_format import number_format
 from ..scene import Mesh, Part, check_finite
 from .gltf import Beside, Document
 from .gltf_attributes import attributes, carried_names, fixed_names
-from .gltf_material import name_of, read_material
+from .gltf_material import is_one_sided, name_of, read_material
 from .gltf_nodes import placed_meshes
 from .gltf_rows import GltfMesh, Primitive, Rows
 from .gltf_textures import Texels, Textures
@@ -70,7 +70,9 @@ def _mesh(document: Document, textures: Textures, index: int, bent: tuple[str, .
         material = read_material(document, primitive)
         fixed = tuple(dict.fromkeys((*bent, *fixed_names(document, primitive, rows.count))))
         carried = tuple(dict.fromkeys((*carried_names(primitive), *fixed)))
-        parts.append(Part(_part_name(name, number, material), carried, fixed, Primitive(number, rows, material)))
+        one_sided = is_one_sided(document, primitive)
+        own = Primitive(number, rows, material)
+        parts.append(Part(_part_name(name, number, material), carried, fixed, one_sided, own))
         texels.append(textures.texels(primitive))
     if not sum(map(len, faces)):
         return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -110,4 +111,5 @@ def _material(geometry: Any) -> Material | None:
     # trimesh keeps pixels, not files: these are stored without loss.
     stream = io.BytesIO()
     image.save(stream, "PNG")
-    return Material(name, (r, g, b, a), f"{name}.png", image=stream.getvalue())
+    own = re.sub(r"[^\w.-]+", "_", name)
+    return Material(name, (r, g, b, a), f"{own}.png", image=stream.getvalue())

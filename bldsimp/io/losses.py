@@ -61,7 +61,8 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
         return found + ([f"MTL does not hold {', '.join(left)} of materials: lost"] if left else [])
     named = [one for one in materials if one is not None and not (format_ == "ply" and _is_texture(one))]
     if named or (len(materials) > 1 and not (format_ == "ply" and scene.format == "ply")):
-        found.append(f"{upper} holds no parts or materials: those of {_count(len(materials), 'part')} are lost")
+        but = " but for colour textures" if format_ == "ply" and any(one and one.texture for one in materials) else ""
+        found.append(f"{upper} holds no parts or materials{but}: those of {_count(len(materials), 'part')} are lost")
     shaded = any(one.normals is not None for one in sheets)
     if shaded and (format_ == "stl" or (format_ == "off" and scene.format != "off")):
         found.append(f"{upper} holds no vertex normals: lost")

@@ -54,10 +54,13 @@ class ObjFormat:
         Material libraries, as the file names them.
     textures : list of str
         What the libraries name, relative to the OBJ file.
+    color_scale : float
+        What is stored for a colour of 1.
     """
 
     libraries: list[str]
     textures: list[str]
+    color_scale: float = 1.0
 
 
 def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
@@ -112,7 +115,8 @@ def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     if np.any(row_triples[:, 1] >= 0):
         attributes.append(uv_attribute(_taken(_wide(textures, 2), row_triples[:, 1]), parts, beside.picture))
     if colors is not None:
-        attributes.append(color_attribute(colors[row_triples[:, 0]], mesh))
+        mesh.source.color_scale = 255.0 if np.nanmax(colors, initial=0.0) > 1.0 else 1.0
+        attributes.append(color_attribute(colors[row_triples[:, 0]] / mesh.source.color_scale, mesh))
     carry(mesh, attributes)
     if np.any(row_triples[:, 2] >= 0):
         mesh.normals = np.nan_to_num(_taken(normals, row_triples[:, 2]))

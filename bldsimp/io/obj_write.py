@@ -25,7 +25,9 @@ class Text:
     vertices: int = 0
 
 
-def obj_text(sheets: list[Sheet], libraries: list[str], names: dict[Material, str]) -> tuple[bytes, int]:
+def obj_text(
+    sheets: list[Sheet], libraries: list[str], names: dict[Material, str], color_scale: float = 1.0
+) -> tuple[bytes, int]:
     """The text of an OBJ file.
 
     Parameters
@@ -35,6 +37,9 @@ def obj_text(sheets: list[Sheet], libraries: list[str], names: dict[Material, st
         Material libraries to name.
     names : dict of Material to str
         What the libraries call them; not asked for parts of an OBJ file.
+
+    color_scale : float
+        What is stored for a colour of 1: those of 255 get three decimals.
 
     Returns
     -------
@@ -46,18 +51,19 @@ def obj_text(sheets: list[Sheet], libraries: list[str], names: dict[Material, st
     text = Text([f"mtllib {name}" for name in libraries])
     state = State()
     for one in sheets:
-        columns, vertices = _columns(one, text)
+        columns, vertices = _columns(one, text, color_scale)
         text.vertices += vertices
         state = _faces(one, columns, text, state, names)
     return ("\n".join(text.lines) + "\n").encode("utf-8", "surrogateescape"), text.vertices
 
 
-def _columns(one: Sheet, text: Text) -> tuple[list[Index | None], int]:
+def _columns(one: Sheet, text: Text, color_scale: float) -> tuple[list[Index | None], int]:
     """Write `v`, `vt` and `vn` lines; the number of each corner in each, -1 for none; distinct corners."""
     positions = one.points
     colors = one.values("COLOR_0")
     if colors is not None:
-        positions = np.concatenate([positions, colors[:, :3]], axis=1)
+        stored = colors[:, :3] if color_scale == 1.0 else np.round(colors[:, :3] * color_scale, 3)
+        positions = np.concatenate([positions, stored], axis=1)
     columns = [
         _column("v", positions, text),
         _column("vt", one.values("TEXCOORD_0"), text),

@@ -36,20 +36,20 @@ def ply_bytes(sheets: list[Sheet], format_: PlyFormat, textures: dict[str, str])
         texture coordinates are as positions are, and colours bytes. Text keeps the shortest digits that read back
         exactly in double.
     textures : dict of str to str
-        File names of those that materials name. Where there are several, faces tell theirs, and have the texture
-        coordinates of their corners.
+        File names of those that materials name. Where not all faces have the same, they tell theirs, and have the
+        texture coordinates of their corners.
     """
     real = "f8" if format_.double else "f4"
-    vertex, wedges = _vertex_table(sheets, format_, real, format_.wedges or len(textures) > 1)
+    numbers = np.concatenate([_texture_numbers(one, list(textures)) for one in sheets])
+    several = bool((numbers != numbers[0]).any())
+    vertex, wedges = _vertex_table(sheets, format_, real, format_.wedges or several)
     first, inverse = distinct_rows(np.stack([column for _, _, column in vertex], axis=1))
     vertex = [(name, kind, column[first]) for name, kind, column in vertex]
     corners = _corners(sheets)
     lists: _Table = [("vertex_indices", "i4", inverse[corners])]
     if wedges is not None:
         lists.append(("texcoord", real, wedges[corners].reshape(-1, 6)))
-    face: _Table = []
-    if len(textures) > 1:
-        face.append(("texnumber", "i4", np.concatenate([_texture_numbers(one, list(textures)) for one in sheets])))
+    face: _Table = [("texnumber", "i4", numbers)] if several else []
     for one, values in _attributes(sheets, on_faces=True):
         face += _columns(one, values, format_, real)
     header = _ply_header(format_.encoding, list(textures.values()), vertex, lists, face)

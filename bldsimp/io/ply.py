@@ -99,7 +99,7 @@ def read_ply(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     attributes = [] if wedges is None else [uv_attribute(wedges, parts, beside.picture)]
     attributes += _vertex_attributes(mesh, vertex, types["vertex"], beside, wedges is None)
     if face.scalars:
-        attributes += _face_attributes(mesh, face.scalars, types["face"], polygon, len(parts) > 1)
+        attributes += _face_attributes(mesh, face.scalars, types["face"], polygon, bool(textures))
     carry(mesh, attributes)
     return [mesh]
 
@@ -123,10 +123,10 @@ def _vertex_attributes(
 
 
 def _face_attributes(
-    mesh: Mesh, face: dict[str, NDArray[Any]], types: dict[str, str], polygon: Indices, numbered: bool
+    mesh: Mesh, face: dict[str, NDArray[Any]], types: dict[str, str], polygon: Indices, textured: bool
 ) -> list[Attribute]:
     """Colours and all other columns of the faces; their normals follow from their corners."""
-    rest = [name for name in face if name not in _NORMAL and not (numbered and name == "texnumber")]
+    rest = [name for name in face if name not in _NORMAL and not (textured and name == "texnumber")]
     attributes, rest = _colors(mesh, face, types, rest, polygon)
     return attributes + _customs(mesh, face, types, rest, polygon)
 
@@ -191,7 +191,7 @@ def _parts(
 ) -> tuple[list[Part], NDArray[np.int32]]:
     """A part for each texture that faces have, and the part of each face."""
     materials = [Material(file_stem(name), texture=name) for name in textures]
-    if len(materials) < 2 or "texnumber" not in face:
+    if not materials or "texnumber" not in face:
         return [Part("mesh", source=materials[0] if materials else None)], np.zeros(count, np.int32)
     numbers, part = np.unique(face["texnumber"].astype(np.int64), return_inverse=True)
     own = [materials[number] if 0 <= number < len(materials) else None for number in numbers]

@@ -21,6 +21,7 @@ from .gltf_new import new_document
 from .gltf_patch import patched
 from .losses import dropped, gltf_losses, losses
 from .mtl import material_library
+from .obj import ObjFormat
 from .obj_write import obj_text
 from .off import OffFormat
 from .plain_write import off_text, ply_bytes, stl_bytes
@@ -239,7 +240,9 @@ def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) 
     """An OBJ file, and the material library and textures beside it."""
     pictured = Pictured(scene, main, written.warnings)
     sheets = [spread(as_shown(one)) for one in sheets]
-    data, written.vertices = obj_text(sheets, *pictured.libraries(sheets, material_library))
+    stored = scene.meshes[0].source
+    color_scale = stored.color_scale if isinstance(stored, ObjFormat) else 1.0
+    data, written.vertices = obj_text(sheets, *pictured.libraries(sheets, material_library), color_scale)
     written.warnings += losses(scene, sheets, "obj")
     # Pictures count neither before nor after.
     libraries = [library for path, library in pictured.files.items() if path.suffix == ".mtl"]

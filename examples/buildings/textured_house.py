@@ -251,4 +251,4 @@ def colours(points: Points) -> Points:
     """Vertex colours of the terrace: darker towards the wall, redder towards the east; one ramp all over."""
     low, high = (np.array(corner) for corner in TERRACE)
     share = (points - low) / (high - low)
-    return np.stack([0.55 + 0.35 * share[:, 0], 0.75 - 0.4 * share[:, 1], 0.4 + 0.2 * share[:, 2]], axis=1)
+    return np.stack([0.6 + 0.25 * share[:, 0], 0.7 - 0.2 * share[:, 1], 0.42 + 0.15 * share[:, 2]], axis=1)

@@ -20,16 +20,18 @@ SIDES = tuple((45.0 * k + 20.0, (18.0, 50.0, 18.0, -25.0)[k % 4]) for k in range
 """Azimuth and elevation of the eight views, degrees: all around, from above and from below."""
 
 
-def style(side: tuple[float, float], size: int, samples: int = 2) -> Style:
+def style(side: tuple[float, float], size: int, samples: int) -> Style:
     """A square view from a side."""
     return Style(width=size, height=size, azimuth=side[0], elevation=side[1], samples=samples)
 
 
-def cameras(model: Model, size: int, sides: Sequence[tuple[float, float]] = SIDES) -> list[tuple[Camera, Style]]:
+def cameras(
+    model: Model, size: int, sides: Sequence[tuple[float, float]] = SIDES, samples: int = 2
+) -> list[tuple[Camera, Style]]:
     """Cameras that show all of a model."""
     points = model.corners.reshape(-1, 3)
     view = View(points, np.arange(len(points)).reshape(-1, 3), "")
-    return [(Camera.fitting(view, each), each) for each in (style(side, size) for side in sides)]
+    return [(Camera.fitting(view, each), each) for each in (style(side, size, samples) for side in sides)]
 
 
 def draw(model: Model, camera: Camera, style: Style, *, edges: bool = False) -> Floats:

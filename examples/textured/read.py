@@ -1,4 +1,4 @@
-"""Read a model as it is drawn: glTF from its JSON and buffers, all else through trimesh."""
+"""Read a model as it is drawn: glTF and OBJ from what their files say, all else through trimesh."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from PIL import Image
 
 from textured.gltf import read_gltf
-from textured.model import Floats, Material, Model, Surface, Texture
+from textured.model import Floats, Material, Model, Surface
+from textured.obj import read_obj
 
 Y_UP = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 
@@ -24,6 +24,8 @@ def read(path: Path, *, y_up: bool | None = None) -> Model:
     """A model of any format, turned so that z is up; where not told otherwise, only glTF has to be."""
     if is_gltf(path):
         surfaces = read_gltf(path)
+    elif path.suffix.lower() == ".obj":
+        surfaces = read_obj(path)
     else:
         surfaces = [surface_of(mesh) for mesh in trimesh.load_scene(path, process=False).geometry.values()]
     if is_gltf(path) if y_up is None else y_up:
@@ -44,27 +46,9 @@ def surface_of(mesh: trimesh.Trimesh) -> Surface:
             points[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3), Material(),
             colours=levels(visual.face_colors).repeat(3, axis=0),
         )  # fmt: skip
-    if visual.kind != "texture":
-        return Surface(points, faces, Material())
-    own = visual.material
-    image = getattr(own, "image", None)
-    picture = None if image is None else Texture(pixels_of(image))
-    colour = levels(own.main_color)
-    material = Material(str(own.name), (colour[0], colour[1], colour[2], colour[3]), picture, alpha=alpha_of(picture))
-    uv = {} if visual.uv is None else {0: np.asarray(visual.uv, float) * (1, -1) + (0, 1)}
-    return Surface(points, faces, material, uv=uv)
-
-
-def alpha_of(picture: Texture | None) -> str:
-    """Formats without a word for it: see-through where the picture is."""
-    return "MASK" if picture is not None and picture.pixels[..., 3].min() < 0.5 else "OPAQUE"
+    return Surface(points, faces, Material())
 
 
 def levels(colours: Any) -> Floats:
     """Levels of 255 as shares."""
     return np.asarray(colours, float) / 255.0
-
-
-def pixels_of(image: Image.Image) -> Floats:
-    """RGBA of an image."""
-    return levels(np.asarray(image.convert("RGBA")))
