@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 import importlib
 from collections.abc import Callable
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .gltf import COMPONENTS, MESHOPT, WIDTHS, Document
+from .gltf import COMPONENTS, MESHOPT, WIDTHS, Document, copied
 
 DRACO = "KHR_draco_mesh_compression"
 
@@ -35,7 +34,7 @@ def unpacked(document: Document, warnings: list[str]) -> Document:
     # Accessors, views and primitives get other entries; all else is shared with the file's own JSON.
     json_ = {**document.json}
     for key in ("accessors", "bufferViews", "meshes"):
-        json_[key] = copy.deepcopy(document.items(key))
+        json_[key] = copied(document.items(key))
     made = _Made(json_, document)
     for number, view in enumerate(json_["bufferViews"]):
         _unpack_view(made, number, view)
