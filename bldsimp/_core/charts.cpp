@@ -97,49 +97,15 @@ class Map {
   std::vector<double> offset_;
 };
 
-class ChartFinder {
+// What corners of faces carry, and the map that was fitted to some of them last; each thread has its own.
+class Fitter {
  public:
-  ChartFinder(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin, const Rows& rows,
-              std::span<const Index> part, const Carried& carried)
-      : points_(points), faces_(faces), twin_(twin), rows_(rows), part_(part), carried_(carried),
-        columns_(carried.limits.size()), map_(columns_), told_(columns_), low_(columns_), high_(columns_) {
-    charts_.chart_of_face.resize(faces.size());
-    std::fill(charts_.chart_of_face.begin(), charts_.chart_of_face.end(), none);
-    group_.resize(faces.size());
-  }
+  Fitter(std::span<const Vec3> points, std::span<const Face> faces, const Rows& rows, std::span<const Index> part,
+         const Carried& carried)
+      : points_(points), faces_(faces), rows_(rows), part_(part), carried_(carried), columns_(carried.limits.size()),
+        map_(columns_), told_(columns_), low_(columns_), high_(columns_) {}
 
-  Charts find(std::span<const Index> start, std::span<const Index> order) {
-    for (std::size_t g = 0; g + 1 < start.size(); ++g)
-      for (Index i = start[g]; i < start[g + 1]; ++i) group_[order[i]] = static_cast<Index>(g);
-    for (std::size_t g = 0; g + 1 < start.size(); ++g) {
-      const std::span<const Index> members = order.subspan(start[g], start[g + 1] - start[g]);
-      if (members.empty()) continue;
-      fit(members);
-      if (std::all_of(members.begin(), members.end(), [&](Index f) { return fits(f); }))
-        take(members);
-      else
-        cut_up(members);
-    }
-    return std::move(charts_);
-  }
-
- private:
-  static constexpr Index none = -1, waiting = -2;
-
-  Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
-  const double* values(Index f, int i) const { return &carried_.values[columns_ * rows_.at(f, faces_[f][i])]; }
-  double steps(Index f, std::size_t column) const { return carried_.steps[columns_ * part_[f] + column]; }
   double area(Index f) const { return length(cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0))) / 2; }
-
-  void add(Index f) {
-    const double weight = area(f) / 3;
-    for (int i = 0; i < 3; ++i) map_.add(corner(f, i), values(f, i), weight);
-  }
-
-  void settle(Index f) {
-    for (std::size_t c = 0; c < columns_; ++c) told_[c] = least_told * carried_.limits[c] / steps(f, c);
-    map_.fit(told_);
-  }
 
   void fit(std::span<const Index> members) {
     map_.clear(corner(members[0], 0), values(members[0], 0));
@@ -147,44 +113,108 @@ class ChartFinder {
     settle(members[0]);
   }
 
-  // Whether what the corners of a face carry is on the map.
-  bool fits(Index f) const {
-    for (int i = 0; i < 3; ++i)
-      for (std::size_t c = 0; c < columns_; ++c) {
-        const double off = values(f, i)[c] - map_.at(corner(f, i), c);
-        if (!(2 * std::abs(off) * steps(f, c) <= carried_.limits[c])) return false;
-      }
-    return true;
+  void add(Index f) {
+    const double weight = area(f) / 3;
+    for (int i = 0; i < 3; ++i) map_.add(corner(f, i), values(f, i), weight);
   }
 
-  // Charts of a group that is none as a whole.
+  // Fits the map to what was added.
+  void settle(Index f) {
+    for (std::size_t c = 0; c < columns_; ++c) told_[c] = least_told * carried_.limits[c] / steps(f, c);
+    map_.fit(told_);
+  }
+
+  // Whether what the corners of a face carry is on the map.
+  bool fits(Index f) const {
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 p = corner(f, i);
+      const double* carried = values(f, i);
+      for (std::size_t c = 0; c < columns_; ++c)
+        if (!(2 * std::abs(carried[c] - map_.at(p, c)) * steps(f, c) <= carried_.limits[c])) return false;
+    }
+    return true;
+  }
+  bool fit_all(std::span<const Index> members) const {
+    return std::all_of(members.begin(), members.end(), [&](Index f) { return fits(f); });
+  }
+
+  // Writes the map, and how far the members are off it: `4 * columns` and `columns` numbers.
+  void tell(std::span<const Index> members, double* map, double* span) {
+    std::fill(low_.begin(), low_.end(), 0.0);
+    std::fill(high_.begin(), high_.end(), 0.0);
+    for (const Index f : members)
+      for (int i = 0; i < 3; ++i) {
+        const Vec3 p = corner(f, i);
+        const double* carried = values(f, i);
+        for (std::size_t c = 0; c < columns_; ++c) {
+          const double off = (carried[c] - map_.at(p, c)) * steps(f, c);
+          low_[c] = std::min(low_[c], off);
+          high_[c] = std::max(high_[c], off);
+        }
+      }
+    for (std::size_t c = 0; c < columns_; ++c) {
+      const Vec3 gradient = map_.gradient(c);
+      span[c] = high_[c] - low_[c];
+      for (const double number : {gradient.x, gradient.y, gradient.z, map_.at({0, 0, 0}, c)}) *map++ = number;
+    }
+  }
+
+ private:
+  Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
+  const double* values(Index f, int i) const { return &carried_.values[columns_ * rows_.at(f, faces_[f][i])]; }
+  double steps(Index f, std::size_t column) const { return carried_.steps[columns_ * part_[f] + column]; }
+
+  std::span<const Vec3> points_;
+  std::span<const Face> faces_;
+  const Rows& rows_;
+  std::span<const Index> part_;
+  const Carried& carried_;
+  std::size_t columns_;
+  Map map_;
+  std::vector<double> told_, low_, high_;
+};
+
+// Cuts up groups that are no charts as a whole.
+class ChartGrower {
+ public:
+  ChartGrower(Fitter fitter, std::span<const Index> twin, std::span<const Index> group, std::size_t columns,
+              Charts& charts)
+      : fitter_(std::move(fitter)), twin_(twin), group_(group), columns_(columns), charts_(charts) {}
+
   void cut_up(std::span<const Index> members) {
     std::vector<std::pair<double, Index>> seeds;
     seeds.reserve(members.size());
-    for (const Index f : members) seeds.push_back({-area(f), f});
+    for (const Index f : members) seeds.push_back({-fitter_.area(f), f});
     std::sort(seeds.begin(), seeds.end());
     for (const auto& [size, seed] : seeds)
       if (charts_.chart_of_face[seed] == none) grow(seed);
   }
 
+  static constexpr Index none = -1, waiting = -2;
+
+ private:
   // The map is fitted anew whenever the region has doubled; what it then leaves out waits for another seed.
   void grow(Index seed) {
     region_.assign(1, seed);
     charts_.chart_of_face[seed] = waiting;
-    fit(region_);
+    fitter_.fit(region_);
     start();
     sweep();
     for (std::size_t before = 0; before != region_.size();) {
       before = region_.size();
-      fit(region_);
+      fitter_.fit(region_);
       sweep();
     }
     if (!keep_fitting(seed)) {
       for (const Index f : region_) charts_.chart_of_face[f] = none;
       region_.assign(1, seed);
-      fit(region_);
+      fitter_.fit(region_);
     }
-    take(region_);
+    const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
+    for (const Index f : region_) charts_.chart_of_face[f] = chart;
+    charts_.spans.resize(charts_.spans.size() + columns_);
+    charts_.maps.resize(charts_.maps.size() + 4 * columns_);
+    fitter_.tell(region_, &charts_.maps[4 * columns_ * chart], &charts_.spans[columns_ * chart]);
   }
 
   // Adds neighbours for as long as one map fits all.
@@ -194,13 +224,13 @@ class ChartFinder {
         const Index t = twin_[3 * region_[front] + i];
         if (t < 0 || !may_join(t / 3)) continue;
         region_.push_back(t / 3);
-        fit(region_);
-        if (std::all_of(region_.begin(), region_.end(), [&](Index f) { return fits(f); }))
+        fitter_.fit(region_);
+        if (fitter_.fit_all(region_))
           charts_.chart_of_face[t / 3] = waiting;
         else
           region_.pop_back();
       }
-    fit(region_);
+    fitter_.fit(region_);
   }
 
   bool may_join(Index f) const { return charts_.chart_of_face[f] == none && group_[f] == group_[region_[0]]; }
@@ -213,12 +243,12 @@ class ChartFinder {
         const Index t = twin_[3 * region_[front] + i];
         if (t < 0) continue;
         const Index f = t / 3;
-        if (!may_join(f) || !fits(f)) continue;
+        if (!may_join(f) || !fitter_.fits(f)) continue;
         charts_.chart_of_face[f] = waiting;
         region_.push_back(f);
-        add(f);
+        fitter_.add(f);
         if (region_.size() >= next_fit) {
-          settle(f);
+          fitter_.settle(f);
           next_fit *= 2;
         }
       }
@@ -226,9 +256,9 @@ class ChartFinder {
 
   // Leaves out what the last map does not fit; false where that is the seed.
   bool keep_fitting(Index seed) {
-    if (!fits(seed)) return false;
+    if (!fitter_.fits(seed)) return false;
     const auto end = std::remove_if(region_.begin(), region_.end(), [&](Index f) {
-      if (fits(f)) return false;
+      if (fitter_.fits(f)) return false;
       charts_.chart_of_face[f] = none;
       return true;
     });
@@ -236,38 +266,11 @@ class ChartFinder {
     return true;
   }
 
-  // Makes faces a chart with the map that was fitted last.
-  void take(std::span<const Index> members) {
-    const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
-    std::fill(low_.begin(), low_.end(), 0.0);
-    std::fill(high_.begin(), high_.end(), 0.0);
-    for (const Index f : members) {
-      charts_.chart_of_face[f] = chart;
-      for (int i = 0; i < 3; ++i)
-        for (std::size_t c = 0; c < columns_; ++c) {
-          const double off = (values(f, i)[c] - map_.at(corner(f, i), c)) * steps(f, c);
-          low_[c] = std::min(low_[c], off);
-          high_[c] = std::max(high_[c], off);
-        }
-    }
-    for (std::size_t c = 0; c < columns_; ++c) {
-      charts_.spans.push_back(high_[c] - low_[c]);
-      const Vec3 gradient = map_.gradient(c);
-      charts_.maps.insert(charts_.maps.end(), {gradient.x, gradient.y, gradient.z, map_.at({0, 0, 0}, c)});
-    }
-  }
-
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
+  Fitter fitter_;
   std::span<const Index> twin_;
-  const Rows& rows_;
-  std::span<const Index> part_;
-  const Carried& carried_;
+  std::span<const Index> group_;
   std::size_t columns_;
-  Map map_;
-  std::vector<double> told_, low_, high_;
-  Charts charts_;
-  Array<Index> group_;
+  Charts& charts_;
   std::vector<Index> region_;
 };
 
@@ -276,7 +279,36 @@ class ChartFinder {
 Charts find_charts(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
                    std::span<const Index> start, std::span<const Index> order, const Rows& rows,
                    std::span<const Index> part_of_face, const Carried& carried) {
-  return ChartFinder(points, faces, twin, rows, part_of_face, carried).find(start, order);
+  const std::size_t groups = start.size() - 1, columns = carried.limits.size();
+  const auto members = [&](std::size_t g) { return order.subspan(start[g], start[g + 1] - start[g]); };
+  const Fitter fitter(points, faces, rows, part_of_face, carried);
+  // The chart of group g, if it is one, is number g.
+  Charts charts{Array<Index>(faces.size()), std::vector<double>(4 * columns * groups),
+                std::vector<double>(columns * groups)};
+  Array<Index> group(faces.size());
+  std::vector<std::uint8_t> whole(groups, 1);
+  const std::size_t average = faces.size() / std::max<std::size_t>(groups, 1) + 1;
+  parallel_for(
+      groups,
+      [&](std::size_t first, std::size_t last) {
+        Fitter own = fitter;
+        for (std::size_t g = first; g < last; ++g) {
+          const std::span<const Index> all = members(g);
+          if (all.empty()) continue;
+          own.fit(all);
+          whole[g] = own.fit_all(all);
+          if (whole[g]) own.tell(all, &charts.maps[4 * columns * g], &charts.spans[columns * g]);
+          for (const Index f : all) {
+            group[f] = static_cast<Index>(g);
+            charts.chart_of_face[f] = whole[g] ? static_cast<Index>(g) : ChartGrower::none;
+          }
+        }
+      },
+      std::max<std::size_t>(least_parallel_work / average, 1));
+  ChartGrower grower(fitter, twin, group, columns, charts);
+  for (std::size_t g = 0; g < groups; ++g)
+    if (!whole[g]) grower.cut_up(members(g));
+  return charts;
 }
 
 Array<Index> find_smooth(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
