@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <numeric>
 
 #include "eigen.hpp"
 #include "face_sets.hpp"
+#include "parallel.hpp"
 
 namespace bldsimp {
 namespace {
@@ -97,15 +100,53 @@ class Map {
   std::vector<double> offset_;
 };
 
-// What corners of faces carry, and the map that was fitted to some of them last; each thread has its own.
-class Fitter {
+constexpr Index none = -1, waiting = -2;
+
+// What the finders of all threads read; and the charts of faces, of which each writes those of its own groups.
+struct Grouped {
+  std::span<const Vec3> points;
+  std::span<const Face> faces;
+  std::span<const Index> twin, start, order, part;
+  const Carried& carried;
+  Array<Face> rows;  // of the corners
+  Array<Index> group, chart;
+};
+
+class ChartFinder {
  public:
-  Fitter(std::span<const Vec3> points, std::span<const Face> faces, const Rows& rows, std::span<const Index> part,
-         const Carried& carried)
-      : points_(points), faces_(faces), rows_(rows), part_(part), carried_(carried), columns_(carried.limits.size()),
+  explicit ChartFinder(Grouped& all)
+      : all_(all), points_(all.points), faces_(all.faces), carried_(all.carried), columns_(carried_.limits.size()),
         map_(columns_), told_(columns_), low_(columns_), high_(columns_) {}
 
+  // Charts of some groups, numbered among themselves.
+  Charts find(std::size_t first, std::size_t last) {
+    for (std::size_t g = first; g < last; ++g) {
+      const std::span<const Index> members = all_.order.subspan(all_.start[g], all_.start[g + 1] - all_.start[g]);
+      if (members.empty()) continue;
+      fit(members);
+      if (std::all_of(members.begin(), members.end(), [&](Index f) { return fits(f); }))
+        take(members);
+      else
+        cut_up(members);
+    }
+    return std::move(charts_);
+  }
+
+ private:
+  Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
+  const double* values(Index f, int i) const { return &carried_.values[columns_ * all_.rows[f][i]]; }
+  double steps(Index f, std::size_t column) const { return carried_.steps[columns_ * all_.part[f] + column]; }
   double area(Index f) const { return length(cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0))) / 2; }
+
+  void add(Index f) {
+    const double weight = area(f) / 3;
+    for (int i = 0; i < 3; ++i) map_.add(corner(f, i), values(f, i), weight);
+  }
+
+  void settle(Index f) {
+    for (std::size_t c = 0; c < columns_; ++c) told_[c] = least_told * carried_.limits[c] / steps(f, c);
+    map_.fit(told_);
+  }
 
   void fit(std::span<const Index> members) {
     map_.clear(corner(members[0], 0), values(members[0], 0));
@@ -113,142 +154,79 @@ class Fitter {
     settle(members[0]);
   }
 
-  void add(Index f) {
-    const double weight = area(f) / 3;
-    for (int i = 0; i < 3; ++i) map_.add(corner(f, i), values(f, i), weight);
-  }
-
-  // Fits the map to what was added.
-  void settle(Index f) {
-    for (std::size_t c = 0; c < columns_; ++c) told_[c] = least_told * carried_.limits[c] / steps(f, c);
-    map_.fit(told_);
-  }
-
   // Whether what the corners of a face carry is on the map.
   bool fits(Index f) const {
-    for (int i = 0; i < 3; ++i) {
-      const Vec3 p = corner(f, i);
-      const double* carried = values(f, i);
-      for (std::size_t c = 0; c < columns_; ++c)
-        if (!(2 * std::abs(carried[c] - map_.at(p, c)) * steps(f, c) <= carried_.limits[c])) return false;
-    }
+    for (int i = 0; i < 3; ++i)
+      for (std::size_t c = 0; c < columns_; ++c) {
+        const double off = values(f, i)[c] - map_.at(corner(f, i), c);
+        if (!(2 * std::abs(off) * steps(f, c) <= carried_.limits[c])) return false;
+      }
     return true;
   }
-  bool fit_all(std::span<const Index> members) const {
-    return std::all_of(members.begin(), members.end(), [&](Index f) { return fits(f); });
-  }
 
-  // Writes the map, and how far the members are off it: `4 * columns` and `columns` numbers.
-  void tell(std::span<const Index> members, double* map, double* span) {
-    std::fill(low_.begin(), low_.end(), 0.0);
-    std::fill(high_.begin(), high_.end(), 0.0);
-    for (const Index f : members)
-      for (int i = 0; i < 3; ++i) {
-        const Vec3 p = corner(f, i);
-        const double* carried = values(f, i);
-        for (std::size_t c = 0; c < columns_; ++c) {
-          const double off = (carried[c] - map_.at(p, c)) * steps(f, c);
-          low_[c] = std::min(low_[c], off);
-          high_[c] = std::max(high_[c], off);
-        }
-      }
-    for (std::size_t c = 0; c < columns_; ++c) {
-      const Vec3 gradient = map_.gradient(c);
-      span[c] = high_[c] - low_[c];
-      for (const double number : {gradient.x, gradient.y, gradient.z, map_.at({0, 0, 0}, c)}) *map++ = number;
-    }
-  }
-
- private:
-  Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
-  const double* values(Index f, int i) const { return &carried_.values[columns_ * rows_.at(f, faces_[f][i])]; }
-  double steps(Index f, std::size_t column) const { return carried_.steps[columns_ * part_[f] + column]; }
-
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
-  const Rows& rows_;
-  std::span<const Index> part_;
-  const Carried& carried_;
-  std::size_t columns_;
-  Map map_;
-  std::vector<double> told_, low_, high_;
-};
-
-// Cuts up groups that are no charts as a whole.
-class ChartGrower {
- public:
-  ChartGrower(Fitter fitter, std::span<const Index> twin, std::span<const Index> group, std::size_t columns,
-              Charts& charts)
-      : fitter_(std::move(fitter)), twin_(twin), group_(group), columns_(columns), charts_(charts) {}
-
+  // Charts of a group that is none as a whole.
   void cut_up(std::span<const Index> members) {
     std::vector<std::pair<double, Index>> seeds;
     seeds.reserve(members.size());
-    for (const Index f : members) seeds.push_back({-fitter_.area(f), f});
+    for (const Index f : members) seeds.push_back({-area(f), f});
     std::sort(seeds.begin(), seeds.end());
     for (const auto& [size, seed] : seeds)
-      if (charts_.chart_of_face[seed] == none) grow(seed);
+      if (all_.chart[seed] == none) grow(seed);
   }
 
-  static constexpr Index none = -1, waiting = -2;
-
- private:
   // The map is fitted anew whenever the region has doubled; what it then leaves out waits for another seed.
   void grow(Index seed) {
     region_.assign(1, seed);
-    charts_.chart_of_face[seed] = waiting;
-    fitter_.fit(region_);
+    all_.chart[seed] = waiting;
+    fit(region_);
     start();
     sweep();
     for (std::size_t before = 0; before != region_.size();) {
       before = region_.size();
-      fitter_.fit(region_);
+      fit(region_);
       sweep();
     }
     if (!keep_fitting(seed)) {
-      for (const Index f : region_) charts_.chart_of_face[f] = none;
+      for (const Index f : region_) all_.chart[f] = none;
       region_.assign(1, seed);
-      fitter_.fit(region_);
+      fit(region_);
     }
-    const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
-    for (const Index f : region_) charts_.chart_of_face[f] = chart;
-    charts_.spans.resize(charts_.spans.size() + columns_);
-    charts_.maps.resize(charts_.maps.size() + 4 * columns_);
-    fitter_.tell(region_, &charts_.maps[4 * columns_ * chart], &charts_.spans[columns_ * chart]);
+    take(region_);
   }
 
   // Adds neighbours for as long as one map fits all.
   void start() {
     for (std::size_t front = 0; front < region_.size(); ++front)
       for (int i = 0; i < 3 && region_.size() < small_region; ++i) {
-        const Index t = twin_[3 * region_[front] + i];
+        const Index t = all_.twin[3 * region_[front] + i];
         if (t < 0 || !may_join(t / 3)) continue;
         region_.push_back(t / 3);
-        fitter_.fit(region_);
-        if (fitter_.fit_all(region_))
-          charts_.chart_of_face[t / 3] = waiting;
+        fit(region_);
+        if (std::all_of(region_.begin(), region_.end(), [&](Index f) { return fits(f); }))
+          all_.chart[t / 3] = waiting;
         else
           region_.pop_back();
       }
-    fitter_.fit(region_);
+    fit(region_);
   }
 
-  bool may_join(Index f) const { return charts_.chart_of_face[f] == none && group_[f] == group_[region_[0]]; }
+  // Faces of other groups may be another thread's.
+  bool may_join(Index f) const { return all_.group[f] == all_.group[region_[0]] && all_.chart[f] == none; }
 
   // Adds what fits, from neighbour to neighbour.
   void sweep() {
     std::size_t next_fit = 2 * region_.size();
     for (std::size_t front = 0; front < region_.size(); ++front)
       for (int i = 0; i < 3; ++i) {
-        const Index t = twin_[3 * region_[front] + i];
+        const Index t = all_.twin[3 * region_[front] + i];
         if (t < 0) continue;
         const Index f = t / 3;
-        if (!may_join(f) || !fitter_.fits(f)) continue;
-        charts_.chart_of_face[f] = waiting;
+        if (!may_join(f) || !fits(f)) continue;
+        all_.chart[f] = waiting;
         region_.push_back(f);
-        fitter_.add(f);
+        add(f);
         if (region_.size() >= next_fit) {
-          fitter_.settle(f);
+          settle(f);
           next_fit *= 2;
         }
       }
@@ -256,21 +234,45 @@ class ChartGrower {
 
   // Leaves out what the last map does not fit; false where that is the seed.
   bool keep_fitting(Index seed) {
-    if (!fitter_.fits(seed)) return false;
+    if (!fits(seed)) return false;
     const auto end = std::remove_if(region_.begin(), region_.end(), [&](Index f) {
-      if (fitter_.fits(f)) return false;
-      charts_.chart_of_face[f] = none;
+      if (fits(f)) return false;
+      all_.chart[f] = none;
       return true;
     });
     region_.erase(end, region_.end());
     return true;
   }
 
-  Fitter fitter_;
-  std::span<const Index> twin_;
-  std::span<const Index> group_;
+  // Makes faces a chart with the map that was fitted last.
+  void take(std::span<const Index> members) {
+    const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
+    std::fill(low_.begin(), low_.end(), 0.0);
+    std::fill(high_.begin(), high_.end(), 0.0);
+    for (const Index f : members) {
+      all_.chart[f] = chart;
+      for (int i = 0; i < 3; ++i)
+        for (std::size_t c = 0; c < columns_; ++c) {
+          const double off = (values(f, i)[c] - map_.at(corner(f, i), c)) * steps(f, c);
+          low_[c] = std::min(low_[c], off);
+          high_[c] = std::max(high_[c], off);
+        }
+    }
+    for (std::size_t c = 0; c < columns_; ++c) {
+      charts_.spans.push_back(high_[c] - low_[c]);
+      const Vec3 gradient = map_.gradient(c);
+      charts_.maps.insert(charts_.maps.end(), {gradient.x, gradient.y, gradient.z, map_.at({0, 0, 0}, c)});
+    }
+  }
+
+  Grouped& all_;
+  std::span<const Vec3> points_;
+  std::span<const Face> faces_;
+  const Carried& carried_;
   std::size_t columns_;
-  Charts& charts_;
+  Map map_;
+  std::vector<double> told_, low_, high_;
+  Charts charts_;
   std::vector<Index> region_;
 };
 
@@ -279,35 +281,45 @@ class ChartGrower {
 Charts find_charts(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
                    std::span<const Index> start, std::span<const Index> order, const Rows& rows,
                    std::span<const Index> part_of_face, const Carried& carried) {
-  const std::size_t groups = start.size() - 1, columns = carried.limits.size();
-  const auto members = [&](std::size_t g) { return order.subspan(start[g], start[g + 1] - start[g]); };
-  const Fitter fitter(points, faces, rows, part_of_face, carried);
-  // The chart of group g, if it is one, is number g.
-  Charts charts{Array<Index>(faces.size()), std::vector<double>(4 * columns * groups),
-                std::vector<double>(columns * groups)};
-  Array<Index> group(faces.size());
-  std::vector<std::uint8_t> whole(groups, 1);
-  const std::size_t average = faces.size() / std::max<std::size_t>(groups, 1) + 1;
-  parallel_for(
-      groups,
-      [&](std::size_t first, std::size_t last) {
-        Fitter own = fitter;
-        for (std::size_t g = first; g < last; ++g) {
-          const std::span<const Index> all = members(g);
-          if (all.empty()) continue;
-          own.fit(all);
-          whole[g] = own.fit_all(all);
-          if (whole[g]) own.tell(all, &charts.maps[4 * columns * g], &charts.spans[columns * g]);
-          for (const Index f : all) {
-            group[f] = static_cast<Index>(g);
-            charts.chart_of_face[f] = whole[g] ? static_cast<Index>(g) : ChartGrower::none;
-          }
-        }
-      },
-      std::max<std::size_t>(least_parallel_work / average, 1));
-  ChartGrower grower(fitter, twin, group, columns, charts);
+  Grouped all{points, faces, twin, start, order, part_of_face, carried, {}, {}, {}};
+  all.rows.resize(faces.size());
+  all.group.resize(faces.size());
+  all.chart.resize(faces.size());
+  parallel_for(faces.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      for (int i = 0; i < 3; ++i) all.rows[f][i] = rows.at(static_cast<Index>(f), faces[f][i]);
+      all.chart[f] = none;
+    }
+  });
+  const std::size_t groups = start.empty() ? 0 : start.size() - 1;
   for (std::size_t g = 0; g < groups; ++g)
-    if (!whole[g]) grower.cut_up(members(g));
+    for (Index i = start[g]; i < start[g + 1]; ++i) all.group[order[i]] = static_cast<Index>(g);
+  // Every thread takes the groups that start within its range of faces.
+  struct Own {
+    std::size_t first, last;
+    Charts charts;
+  };
+  std::map<std::size_t, Own> found;
+  std::mutex guard;
+  parallel_for(order.size(), [&](std::size_t begin, std::size_t end) {
+    const auto group_from = [&](std::size_t face) {
+      const auto place = std::lower_bound(start.begin(), start.begin() + groups, static_cast<Index>(face));
+      return static_cast<std::size_t>(place - start.begin());
+    };
+    const std::size_t first = group_from(begin), last = end == order.size() ? groups : group_from(end);
+    Charts own = ChartFinder(all).find(first, last);
+    const std::lock_guard lock(guard);
+    found[begin] = {first, last, std::move(own)};
+  });
+  Charts charts;
+  for (const auto& [begin, own] : found) {
+    const auto before = static_cast<Index>(charts.spans.size() / carried.limits.size());
+    charts.spans.insert(charts.spans.end(), own.charts.spans.begin(), own.charts.spans.end());
+    charts.maps.insert(charts.maps.end(), own.charts.maps.begin(), own.charts.maps.end());
+    if (before > 0 && own.first < own.last)
+      for (Index i = start[own.first]; i < start[own.last]; ++i) all.chart[order[i]] += before;
+  }
+  charts.chart_of_face = std::move(all.chart);
   return charts;
 }
 

@@ -17,7 +17,7 @@ struct Carried {
 };
 
 struct Charts {
-  Array<Index> chart_of_face;     // where all faces of group g are one chart, that is number g; others come after
+  Array<Index> chart_of_face;     // charts are numbered in the order of their largest faces, group by group
   std::vector<double> maps;       // per chart and column: change of the value along x, y and z, value at zero
   std::vector<double> spans;      // per chart and column: greatest minus least difference from the map, in steps
 };
@@ -25,7 +25,7 @@ struct Charts {
 // Faces share a chart only if they are of the same group and hang together across twins. A group whose faces all fit
 // one map is one chart; else charts grow from the largest faces. `order` has the faces group by group, those of
 // group g from start[g] on. A map does not change in directions that tell nothing about it. Linear where groups are
-// charts; else nearly linear in faces, times the charts that reach each. Groups are tried on all cores.
+// charts; else nearly linear in faces, times the charts that reach each.
 Charts find_charts(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
                    std::span<const Index> start, std::span<const Index> order, const Rows& rows,
                    std::span<const Index> part_of_face, const Carried& carried);
