@@ -161,6 +161,8 @@ class Scene:
     warnings : list of str
     source : object
         Only `io` looks inside.
+    beside : list of str
+        Buffers and libraries that were read with the file, by their names beneath its folder.
     """
 
     path: Path | None
@@ -169,6 +171,7 @@ class Scene:
     size: int
     warnings: list[str] = field(default_factory=list)
     source: Any = None
+    beside: list[str] = field(default_factory=list)
 
 
 @dataclass

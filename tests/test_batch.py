@@ -19,7 +19,7 @@ from bldsimp import __version__
 from bldsimp.cli import main
 from bldsimp.io import read
 
-LEAST_MEMORY = ("-j", "2", "--memory", "300M")
+LEAST_MEMORY = ("-j", "2", "--memory", "260M")
 
 
 def errors(result: subprocess.CompletedProcess[bytes]) -> str:
@@ -256,6 +256,21 @@ class TestResume:
             "bad.obj", str(changed.relative_to(models)), "district 0/building_003.ply", "district 2/building_002.obj",
         ]  # fmt: skip
         assert b"0 done, 13 done before" in run(models, light, "--resume").stderr
+
+    def test_a_buffer_beside_counts_as_the_input(self, tmp_path: Path, light: Path) -> None:
+        models = tmp_path / "models"
+        models.mkdir()
+        document = Gltf()
+        document.mesh(document.box(fine=True))
+        write(models / "box.gltf", document.gltf("box%20data.bin"))
+        buffer = write(models / "box data.bin", bytes(document.data))
+        assert run(models, light, "--to", "glb").returncode == 0
+        buffer.touch()
+        assert b"1 done before" in run(models, light, "--to", "glb", "--resume").stderr
+        before = buffer.stat()
+        write(buffer, bytes(document.data).replace(b"\0\0\x00@", b"\0\0\x80@"))
+        assert buffer.stat().st_size == before.st_size
+        assert b"1 done\n" in run(models, light, "--to", "glb", "--resume").stderr
 
     def test_other_options_do_all_again(self, models: Path, light: Path) -> None:
         run(models, light)

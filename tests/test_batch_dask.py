@@ -69,12 +69,14 @@ def wait_for_rows(manifest: Path, count: int, process: subprocess.Popen[bytes]) 
         time.sleep(0.02)
 
 
+@pytest.mark.parametrize("deaths", ["0", "3"])
 def test_a_worker_dies_then_the_scheduler_and_a_resumed_run_finishes(
-    tmp_path: Path, cluster_of: list[Cluster]
+    deaths: str, tmp_path: Path, cluster_of: list[Cluster]
 ) -> None:
+    """Whether Dask itself gives a group to another worker after so many deaths, or gives it back."""
     models, light, whole = buildings(tmp_path / "models", 60), tmp_path / "light", tmp_path / "whole"
     slow = misbehaving(tmp_path / "site", SMALL_GROUPS, SECONDS_PER_FILE="0.1")
-    first = Cluster(tmp_path, slow)
+    first = Cluster(tmp_path, slow | {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": deaths})
     cluster_of.append(first)
     with start(models, light, "--scheduler", first.address, env=slow) as process:
         wait_for_rows(light / "manifest.jsonl", 5, process)

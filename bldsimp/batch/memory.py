@@ -14,7 +14,7 @@ from .task import Task
 
 MB = 1_000_000
 
-WORKER_BYTES = 80 * MB
+WORKER_BYTES = 60 * MB
 """What a worker holds when its modules are loaded."""
 
 LEAST_SHARE = 64 * MB
@@ -23,7 +23,7 @@ LEAST_SHARE = 64 * MB
 LEAST_NEED = 2
 """Bytes of memory for each byte of any file that is read at all: itself, and what is made of it."""
 
-LIKELY_NEED = {"glb": 50, "gltf": 50, "ply": 50, "stl": 20, "obj": 25, "off": 25}
+LIKELY_NEED = {"glb": 55, "gltf": 55, "ply": 55, "stl": 25, "obj": 30, "off": 25}
 """Bytes of memory for each byte of a file that is nowhere flat, as measured; a flat one takes a third."""
 
 _UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
@@ -62,6 +62,11 @@ def free_memory() -> int:
         with contextlib.suppress(OSError, ValueError):
             free.append(int(Path("/sys/fs/cgroup", limit).read_text()))
     return int(BATCH_MEMORY_SHARE * min(free))
+
+
+def jobs_for(memory: int, cores: int) -> int:
+    """How many processes there is memory for, one for each core at most."""
+    return max(1, min(cores, memory // (WORKER_BYTES + LEAST_SHARE)))
 
 
 def share_of(memory: int, jobs: int) -> tuple[int, int]:

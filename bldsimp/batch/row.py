@@ -6,6 +6,7 @@ import json
 import os
 import re
 from dataclasses import dataclass, field
+from typing import Any
 
 from .task import Task
 
@@ -38,6 +39,8 @@ class Row:
         One of `KINDS` where it failed.
     error : str or None
         One line.
+    beside : list of dict
+        ``name``, ``bytes``, ``mtime_ns`` and ``sha256`` of buffers and libraries that were read with the input.
     """
 
     input: str
@@ -48,6 +51,7 @@ class Row:
     input_bytes: int = 0
     input_mtime_ns: int = 0
     input_sha256: str | None = None
+    beside: list[dict[str, Any]] = field(default_factory=list)
     output_bytes: int | None = None
     output_sha256: str | None = None
     points_before: int | None = None
@@ -73,6 +77,7 @@ class Row:
             "input": escaped(self.input),
             "output": escaped(self.output),
             "error": self.error and _readable(self.error),
+            "beside": [each | {"name": escaped(each["name"])} for each in self.beside],
             "warnings": [_readable(text) for text in self.warnings],
         }
         text = json.dumps(values, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
@@ -91,7 +96,8 @@ class Row:
         try:
             row = cls(**values)
             row.input, row.output = unescaped(row.input), unescaped(row.output)
-        except (TypeError, AttributeError):
+            row.beside = [each | {"name": unescaped(each["name"])} for each in row.beside]
+        except (TypeError, AttributeError, KeyError):
             raise ValueError("not a row") from None
         return row
 

@@ -21,9 +21,10 @@ import time
 from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
 
 from .. import __version__
-from ..errors import InputError, InternalError, OutputError, UsageError
+from ..errors import BldsimpError, InputError, InternalError, OutputError, UsageError
 from ..report import one_line
 from .row import DONE, Row, failure
 from .storage import digest, storage_of
@@ -68,7 +69,7 @@ class Worker:
 
         Raises
         ------
-        InternalError
+        BldsimpError
             Where no process can be started.
         """
         left = order.tasks
@@ -115,7 +116,7 @@ class Worker:
         except (EOFError, OSError):
             started = False
         if not started:
-            raise InternalError(f"a worker could not start: its process {self._end()}")
+            raise BldsimpError(f"a worker could not start: its process {self._end()}")
 
     def _rows(self, order: Order, timeout: float | None, stopping: Callable[[], bool]) -> Iterator[Row]:
         """Rows as they come from the process; none comes after that of a task that cost it."""
@@ -213,9 +214,11 @@ def _simplified(task: Task, order: Order) -> Row:
             _check_head(stream.read(HEAD_BYTES))
             stream.seek(0)
             input_digest = digest(stream)
-        report = simplify_file(source, task.from_, target, task.to, order.options, overwrite=order.overwrite).report
+        result = simplify_file(source, task.from_, target, task.to, order.options, overwrite=order.overwrite)
+        beside = [_read_with(source.parent, name) for name in result.scene.beside]
         with open(target, "rb") as stream:
             output_digest, output_bytes = digest(stream), os.fstat(stream.fileno()).st_size
+    report = result.report
     before, after = report.before, report.after
     return Row(
         task.name,
@@ -224,6 +227,7 @@ def _simplified(task: Task, order: Order) -> Row:
         input_bytes=found.size,
         input_mtime_ns=found.mtime,
         input_sha256=input_digest,
+        beside=beside,
         output_bytes=output_bytes,
         output_sha256=output_digest,
         points_before=before.points,
@@ -235,6 +239,13 @@ def _simplified(task: Task, order: Order) -> Row:
         attempts=2 if task.again else 1,
         warnings=[*(f"passed on {part.name}: {part.reason}" for part in report.passed_on), *report.warnings],
     )
+
+
+def _read_with(folder: Path, name: str) -> dict[str, Any]:
+    """What a row tells of a file that was read with the input."""
+    with open(folder / name, "rb") as stream:
+        found = os.fstat(stream.fileno())
+        return {"name": name, "bytes": found.st_size, "mtime_ns": found.st_mtime_ns, "sha256": digest(stream)}
 
 
 def _limit_memory(most: int | None) -> None:

@@ -111,16 +111,19 @@ def batch(
             raise UsageError("--summary: takes no other files")
         _summarize(summary)
         return
+    if os.name != "posix":
+        raise UsageError("batch needs Linux or macOS: on Windows use it in WSL")
     if len(paths) < 2:
         raise UsageError("give the files to simplify, and a folder for the results (try 'bldsimp batch --help')")
     if verify and not resume:
         raise UsageError("--verify: goes with --resume")
     from ..batch.inputs import Layout
-    from ..batch.memory import parse_bytes
+    from ..batch.memory import free_memory, jobs_for, parse_bytes
     from ..batch.storage import whole
 
-    most = parse_bytes(memory) if memory else None
-    wishes = Wishes(overwrite, resume, verify, jobs or _cores(), most, timeout, scheduler, quiet)
+    most = parse_bytes(memory) if memory else None if scheduler else free_memory()
+    jobs = jobs or jobs_for(most or free_memory(), _cores())
+    wishes = Wishes(overwrite, resume, verify, jobs, most, timeout, scheduler, quiet)
     layout = Layout(whole(paths[-1]), name, to and plain_format(to), from_ and check_format(from_))
     _run(paths[:-1], layout, manifest, chosen(**options), wishes)
 
@@ -198,14 +201,15 @@ def _engine(options: Options, wishes: Wishes) -> Engine:
         return DaskPool(
             wishes.scheduler, options, overwrite=wishes.overwrite, memory=wishes.memory, timeout=wishes.timeout
         )
-    from ..batch.memory import free_memory
     from ..batch.pool import Pool
+
+    assert wishes.memory is not None
 
     return Pool(
         options,
         overwrite=wishes.overwrite,
         jobs=wishes.jobs,
-        memory=wishes.memory or free_memory(),
+        memory=wishes.memory,
         timeout=wishes.timeout,
     )
 

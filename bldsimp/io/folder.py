@@ -22,11 +22,12 @@ def beneath(folder: Path | None, name: str) -> Path | None:
 
 
 class Folder:
-    """Files beneath a model's folder, and how many bytes of them were read."""
+    """Files beneath a model's folder: how many bytes of which were read."""
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
         self.size = 0
+        self.names: list[str] = []
 
     def __call__(self, name: str) -> bytes | None:
         """The bytes of a file, or None where there is none to be read."""
@@ -37,4 +38,7 @@ class Folder:
     def picture(self, name: str) -> bytes | None:
         """The bytes of an image, which do not count."""
         path = beneath(self.path, name)
-        return None if path is None else path.read_bytes()
+        if path is None:
+            return None
+        self.names.append(os.path.relpath(path, self.path))
+        return path.read_bytes()

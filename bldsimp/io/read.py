@@ -58,6 +58,7 @@ def read(source: Path | bytes, format_: str) -> Scene:
     except InputError as error:
         raise InputError(f"{name}: {error}") from error.__cause__
     scene.size += folder.size
+    scene.beside = folder.names
     return scene
 
 

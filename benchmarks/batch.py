@@ -1,0 +1,374 @@
+"""`bldsimp batch` over many small buildings: throughput, memory, kills, bad files, and what planning costs.
+
+usage: python benchmarks/batch.py [--files N] [--sections NAME,...] [--folder FOLDER]
+needs: pip install bldsimp[dask]; Linux
+
+The buildings are made first (`many_buildings.py`), in FOLDER if one is given, where the next run finds them. Sections:
+throughput, loop, dask, kills, poison, plan. Everything is printed as Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import resource
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from many_buildings import make_buildings
+from table import table
+
+from bldsimp import Options
+from bldsimp.batch.inputs import Layout, find_inputs, plan
+from bldsimp.batch.manifest import open_manifest, read_manifest
+from bldsimp.batch.resume import finished, unfinished
+from bldsimp.batch.row import DONE, Row
+from bldsimp.batch.task import Task
+
+OURS = [sys.executable, "-c", "import sys; from bldsimp.cli import main; sys.exit(main())"]
+
+WARM = """
+import sys, time
+from pathlib import Path
+from bldsimp import _core
+from bldsimp.file import simplify_file
+from bldsimp.options import Options
+_core.limit_threads(1)
+paths = [Path(line) for line in sys.stdin.read().splitlines()]
+out = Path(sys.argv[1])
+simplify_file(paths[0], paths[0].suffix[1:], out / "first.glb", "glb", Options())
+start, used = time.perf_counter(), time.process_time()
+for i, path in enumerate(paths):
+    simplify_file(path, path.suffix[1:], out / f"{i}.glb", "glb", Options())
+print(time.perf_counter() - start, time.process_time() - used)
+"""
+
+SAMPLE = 1000
+"""Files of the single warm process, in each of its runs."""
+
+LOOP = 100
+"""Files of the shell loop."""
+
+
+def batch(*words: object, check: bool = True) -> subprocess.CompletedProcess[bytes]:
+    """Run `bldsimp batch`."""
+    return subprocess.run([*OURS, "batch", *map(str, words)], check=check, capture_output=True)
+
+
+def names_of(folder: Path, count: int) -> list[Path]:
+    """So many of the buildings, spread over all."""
+    paths = sorted(folder.rglob("building_*"))
+    return paths[:: max(1, len(paths) // count)][:count]
+
+
+@contextmanager
+def scratch() -> Iterator[Path]:
+    """A folder for results."""
+    with tempfile.TemporaryDirectory(prefix="bldsimp-") as folder:
+        yield Path(folder)
+
+
+def warm(paths: list[Path]) -> tuple[float, float]:
+    """Seconds for each file of one warm process that calls `simplify_file`: of the clock, and of the processor."""
+    with scratch() as out:
+        listed = "\n".join(map(str, paths))
+        command = [sys.executable, "-c", WARM, str(out)]
+        told = subprocess.run(command, input=listed, capture_output=True, text=True, check=True)
+    clock, processor = map(float, told.stdout.split())
+    return clock / len(paths), processor / len(paths)
+
+
+def resident(root: int) -> int:
+    """Bytes that a process and those that it started hold, each page shared out among those that hold it."""
+    parents = {}
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            parents[int(entry.parent.name)] = int(entry.read_text().rpartition(")")[2].split()[1])
+        except OSError:
+            continue
+    family = {root}
+    while more := {child for child, parent in parents.items() if parent in family} - family:
+        family |= more
+    total = 0
+    for process in family:
+        try:
+            lines = Path(f"/proc/{process}/smaps_rollup").read_text().splitlines()
+        except OSError:
+            continue
+        total += sum(int(line.split()[1]) * 1024 for line in lines if line.startswith("Pss:"))
+    return total
+
+
+def throughput(models: Path, count: int) -> str:
+    """The whole batch beside one warm process before and after it; memory at each tenth of the way."""
+    cores = len(os.sched_getaffinity(0))
+    sample = names_of(models, SAMPLE)
+    before = warm(sample)
+    with scratch() as out:
+        levels: list[tuple[int, int]] = []
+        manifest = out / "light" / "manifest.jsonl"
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        start = time.perf_counter()
+        process = subprocess.Popen([*OURS, "batch", models, out / "light", "--to", "glb", "-q"])
+        while process.poll() is None:
+            time.sleep(0.5)
+            ended = manifest.read_bytes().count(b"\n") if manifest.exists() else 0
+            if ended * 10 // count >= len(levels) and process.poll() is None:
+                levels.append((ended, resident(process.pid)))
+        seconds = time.perf_counter() - start
+        after_use = resource.getrusage(resource.RUSAGE_CHILDREN)
+        rows = list(read_manifest(str(manifest)))
+        manifest_bytes = manifest.stat().st_size
+    after = warm(sample)
+    processor = after_use.ru_utime + after_use.ru_stime - used.ru_utime - used.ru_stime
+    assert sum(not row.failed for row in rows) == count
+    clock_warm, processor_warm = (before[0] + after[0]) / 2, (before[1] + after[1]) / 2
+    triangles = sum(row.triangles_before or 0 for row in rows)
+    lines = [
+        f"{count:,} buildings, {triangles:,} triangles, {sum(row.input_bytes for row in rows) / 1e6:,.0f} MB,"
+        f" on {cores} cores.",
+        "",
+        table(
+            ["", "files/s", "ms of a file", "processor ms of a file"],
+            [
+                ["one warm process, before", 1 / before[0], 1e3 * before[0], 1e3 * before[1]],
+                [f"batch, {cores} jobs, whole", count / seconds, 1e3 * seconds / count, 1e3 * processor / count],
+                ["one warm process, after", 1 / after[0], 1e3 * after[0], 1e3 * after[1]],
+            ],
+        ),
+        "",
+        f"Throughput: {clock_warm * count / seconds / cores:.3f} x cores x that of the warm process; by processor time,"
+        f" which others on the machine lengthen less, {processor_warm * count / processor:.3f}. The batch hashes every"
+        " input and output besides.",
+        "",
+        f"The manifest has {manifest_bytes / count:.0f} bytes for each file.",
+        "",
+        table(["files", "memory of all processes, MB"], [[ended, level / 1e6] for ended, level in levels]),
+    ]
+    return "\n".join(lines)
+
+
+def loop(models: Path) -> str:
+    """A shell loop of `bldsimp simplify`, beside the batch over the same files."""
+    paths = names_of(models, LOOP)
+    with scratch() as out:
+        script = 'for path in "$@"; do n=$((n + 1)); "$python" -c "$ours" simplify "$path" "$out/$n.glb" -q; done'
+        start = time.perf_counter()
+        subprocess.run(
+            ["sh", "-c", script, "sh", *map(str, paths)],
+            env=os.environ | {"python": sys.executable, "ours": OURS[2], "out": str(out)},
+            check=True,
+        )
+        in_loop = time.perf_counter() - start
+        start = time.perf_counter()
+        batch(*paths, out / "light", "--to", "glb", "-q")
+        together = time.perf_counter() - start
+    return (
+        f"{len(paths)} files: shell loop {in_loop:.1f} s, {1e3 * in_loop / len(paths):.0f} ms for each; batch"
+        f" {together:.2f} s with its start: {in_loop / together:.1f} x as fast."
+    )
+
+
+def results(folder: Path) -> dict[str, bytes]:
+    """Bytes of all results, hidden files too."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and path.name != "manifest.jsonl"
+    }
+
+
+def kills(models: Path) -> str:
+    """SIGKILL of the run at ten random moments, then a resumed run: the results beside those of a whole one."""
+    moment = random.Random(0)
+    with scratch() as out:
+        some = names_of(models, SAMPLE)
+        linked = out / "models"
+        linked.mkdir()
+        for path in some:
+            (linked / path.name).symlink_to(path)
+        batch(linked, out / "whole", "--to", "glb", "-q")
+        recorded = []
+        for _ in range(10):
+            process = subprocess.Popen([*OURS, "batch", linked, out / "light", "--to", "glb", "--resume", "-q"])
+            time.sleep(moment.uniform(0.5, 2.0))
+            process.kill()
+            process.wait()
+            manifest = out / "light" / "manifest.jsonl"
+            recorded.append(sum(1 for _ in read_manifest(str(manifest))) if manifest.exists() else 0)
+        batch(linked, out / "light", "--to", "glb", "--resume", "-q")
+        names = [row.input for row in read_manifest(str(out / "light" / "manifest.jsonl")) if not row.failed]
+        same = results(out / "light") == results(out / "whole")
+    return (
+        f"{len(some):,} files, killed when {', '.join(map(str, recorded))} rows were recorded, then resumed:"
+        f" results {'are the same bytes as' if same else 'DIFFER from'} those of a whole run,"
+        f" {len(names):,} rows for {len(set(names)):,} files."
+    )
+
+
+def poison(models: Path) -> str:
+    """Bad files among a thousand good ones."""
+    with scratch() as out:
+        folder = out / "models"
+        folder.mkdir()
+        good = names_of(models, SAMPLE)
+        for path in good:
+            (folder / path.name).symlink_to(path)
+        glb = next(path for path in good if path.suffix == ".glb").read_bytes()
+        (folder / "cut.glb").write_bytes(glb[: len(glb) // 2])
+        for suffix in ("obj", "stl"):
+            with open(folder / f"sparse.{suffix}", "wb") as stream:
+                stream.truncate(2_000_000_000)
+        os.mkfifo(folder / "pipe.obj")
+        (folder / "loop.obj").symlink_to("loop.obj")
+        (folder / "round").symlink_to(folder)
+        shutil.copy(good[0], folder / f"two\nlines{good[0].suffix}")
+        shutil.copy(good[0], folder / os.fsdecode(b"latin\xe9" + os.fsencode(good[0].suffix)))
+        write_terrain(folder / "grows.obj", 600)
+        done = batch(folder, out / "light", "--to", "glb", "--memory", "600M", check=False)
+        rows = list(read_manifest(str(out / "light" / "manifest.jsonl")))
+        lines = [[row.input, row.kind, row.attempts, row.error] for row in rows if row.failed]
+    count = sum(not row.failed for row in rows)
+    return f"Exit code {done.returncode}; {count:,} of {len(good) + 2:,} good files done.\n\n" + table(
+        ["file", "kind", "attempts", "error"], [[str(cell).replace(str(out), "...") for cell in line] for line in lines]
+    )
+
+
+def write_terrain(path: Path, side: int) -> None:
+    """A rough surface as OBJ, which takes far more memory than a flat one."""
+    chance = random.Random(0)
+    with open(path, "w", encoding="ascii") as stream:
+        for x in range(side):
+            for y in range(side):
+                stream.write(f"v {x} {y} {chance.gauss(0, 1):.6f}\n")
+        for x in range(side - 1):
+            for y in range(side - 1):
+                a = x * side + y + 1
+                stream.write(f"f {a} {a + side} {a + side + 1}\nf {a} {a + side + 1} {a + 1}\n")
+
+
+def plan_and_resume(count: int) -> list[object]:
+    """Seconds and memory to find so many files, to read their manifest, and to see that all are done."""
+    with scratch() as folder:
+        for i in range(count):
+            district = folder / "models" / f"{i // 1000:05}"
+            if i % 1000 == 0:
+                district.mkdir(parents=True)
+                (folder / "light" / district.name).mkdir(parents=True)
+            (district / f"building_{i:08}.obj").touch()
+            (folder / "light" / district.name / f"building_{i:08}.glb").touch()
+        layout = Layout(str(folder / "light"), "{stem}.{ext}", "glb")
+        before = anonymous()
+        start = time.perf_counter()
+        tasks = plan(find_inputs([str(folder / "models")], layout.root), layout).tasks
+        found = time.perf_counter()
+        manifest = open_manifest(str(folder / "light" / "manifest.jsonl"), resume=True, overwrite=False)
+        for task in tasks:
+            manifest.append(made_up(task))
+        manifest.close()
+        written = time.perf_counter()
+        done = finished(read_manifest(manifest.path), Options())  # type: ignore[attr-defined]
+        read = time.perf_counter()
+        left = unfinished(tasks, done, layout.root, verify=False, jobs=2)
+        compared = time.perf_counter()
+        held = anonymous() - before
+    assert len(tasks) == count
+    assert not left
+    return [
+        count, found - start, written - found, read - written, compared - read,
+        1e6 * (compared - written + found - start) / count, held / count,
+    ]  # fmt: skip
+
+
+def anonymous() -> int:
+    """Bytes that this process holds."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+
+def made_up(task: Task) -> Row:
+    """The row of a file that is said to be done."""
+    from bldsimp import __version__
+
+    return Row(
+        task.name, task.output, DONE, input_mtime_ns=task.mtime, input_sha256="0" * 64, output_bytes=0,
+        output_sha256="0" * 64, points_before=1000, points_after=100, triangles_before=2000, triangles_after=200,
+        tolerance=1e-5, deviation=1e-6, seconds=0.01, version=__version__,
+    )  # fmt: skip
+
+
+def cluster(models: Path) -> str:
+    """A cluster of two workers on this machine, beside the pool, over the same files."""
+    paths = names_of(models, 2 * SAMPLE)
+    with scratch() as out, socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+        free.close()
+        address = f"tcp://127.0.0.1:{port}"
+        scheduler = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port)]
+        worker = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1"]
+        processes = []
+        seconds = {}
+        try:
+            for command in (scheduler, worker, worker):
+                processes.append(
+                    subprocess.Popen([*command, "--no-dashboard"], cwd=out, stderr=subprocess.DEVNULL)
+                )
+            time.sleep(5)
+            there = ("--scheduler", address)
+            for name, words in (("dask", there), ("pool", ("-j", "2")), ("again", there)):
+                start = time.perf_counter()
+                batch(*paths, out / name, "--to", "glb", "-q", *words)
+                seconds[name] = time.perf_counter() - start
+        finally:
+            for process in processes[::-1]:
+                process.terminate()
+                process.wait()
+    return (
+        f"{len(paths):,} files from start to end: pool of two {seconds['pool']:.1f} s, cluster with two workers"
+        f" {seconds['dask']:.1f} s, again with its processes warm {seconds['again']:.1f} s."
+    )
+
+
+def plans() -> str:
+    """Planning and resuming at growing sizes."""
+    rows = [plan_and_resume(count) for count in (12_500, 25_000, 50_000, 100_000)]
+    steps = ["find and plan, s", "append rows, s", "read manifest, s", "compare, s"]
+    return table(["files", *steps, "us for each but for appending", "bytes held for each"], rows)
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--files", type=int, default=10_000)
+    parser.add_argument("--sections", default="throughput,loop,dask,kills,poison,plan")
+    parser.add_argument("--folder", type=Path)
+    args = parser.parse_args()
+    with scratch() as here:
+        folder = args.folder or here
+        if not folder.is_dir() or not any(folder.iterdir()):
+            make_buildings(folder, args.files)
+        sections: dict[str, tuple[str, Callable[[], str]]] = {
+            "throughput": ("Throughput and memory", lambda: throughput(folder, args.files)),
+            "loop": ("Beside a shell loop", lambda: loop(folder)),
+            "dask": ("On a cluster", lambda: cluster(folder)),
+            "kills": ("Killed ten times", lambda: kills(folder)),
+            "poison": ("Bad files", lambda: poison(folder)),
+            "plan": ("Planning and resuming", plans),
+        }
+        for name in args.sections.split(","):
+            title, figures = sections[name]
+            print(f"### {title}\n\n{figures()}\n", flush=True)
+
+
+if __name__ == "__main__":
+    main()
