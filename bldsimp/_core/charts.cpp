@@ -124,7 +124,7 @@ class ChartFinder {
       const std::span<const Index> members = all_.order.subspan(all_.start[g], all_.start[g + 1] - all_.start[g]);
       if (members.empty()) continue;
       fit(members);
-      if (std::all_of(members.begin(), members.end(), [&](Index f) { return fits(f); }))
+      if (measure(members))
         take(members);
       else
         cut_up(members);
@@ -191,6 +191,7 @@ class ChartFinder {
       region_.assign(1, seed);
       fit(region_);
     }
+    measure(region_);
     take(region_);
   }
 
@@ -244,20 +245,26 @@ class ChartFinder {
     return true;
   }
 
-  // Makes faces a chart with the map that was fitted last.
-  void take(std::span<const Index> members) {
-    const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
+  // How far faces are off the map at most; whether it fits all of them.
+  bool measure(std::span<const Index> members) {
     std::fill(low_.begin(), low_.end(), 0.0);
     std::fill(high_.begin(), high_.end(), 0.0);
-    for (const Index f : members) {
-      all_.chart[f] = chart;
+    bool all_fit = true;
+    for (const Index f : members)
       for (int i = 0; i < 3; ++i)
         for (std::size_t c = 0; c < columns_; ++c) {
           const double off = (values(f, i)[c] - map_.at(corner(f, i), c)) * steps(f, c);
           low_[c] = std::min(low_[c], off);
           high_[c] = std::max(high_[c], off);
+          all_fit &= 2 * std::abs(off) <= carried_.limits[c];
         }
-    }
+    return all_fit;
+  }
+
+  // Makes faces that were measured a chart, with the map that was fitted last.
+  void take(std::span<const Index> members) {
+    const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
+    for (const Index f : members) all_.chart[f] = chart;
     for (std::size_t c = 0; c < columns_; ++c) {
       charts_.spans.push_back(high_[c] - low_[c]);
       const Vec3 gradient = map_.gradient(c);
