@@ -93,7 +93,7 @@ def _is_smooth(points: Points, normals: Normals) -> NDArray[np.bool_]:
     product = (normals * normals[first[position]]).sum(axis=1)
     lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(normals[first[position]], axis=1)
     differs = (product < math.cos(math.radians(FLAT_NORMALS_DEGREES)) * lengths) | (lengths == 0.0)
-    return (np.bincount(position[differs], minlength=len(first)) == 0)[position]
+    return np.asarray((np.bincount(position[differs], minlength=len(first)) == 0)[position])
 
 
 def _unfit(light: Light, stored: Normals, angle: float) -> NDArray[np.bool_]:
