@@ -13,7 +13,7 @@ from batch_runs import buildings
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bldsimp import Options, UsageError
+from bldsimp import Options, UsageError, __version__
 from bldsimp.batch import resume
 from bldsimp.batch.groups import groups_of
 from bldsimp.batch.inputs import Layout, find_inputs, names_in, plan
@@ -21,6 +21,7 @@ from bldsimp.batch.manifest import open_manifest, read_manifest
 from bldsimp.batch.memory import parse_bytes, share_of
 from bldsimp.batch.pool import Group, _Line
 from bldsimp.batch.row import DONE, Row, escaped, failure, unescaped
+from bldsimp.batch.storage import join
 from bldsimp.batch.task import Order, Task, recipe
 from bldsimp.batch.worker import simplified
 from bldsimp.cli import main
@@ -30,14 +31,14 @@ names = st.binary(min_size=1, max_size=20).map(os.fsdecode)
 
 
 def task(name: str, size: int = 1, mtime: int = 1) -> Task:
-    return Task(name, f"/in/{name}", f"{name}.glb", f"/out/{name}.glb", "obj", "glb", size, mtime)
+    return Task("/in", name, "/out", f"{name}.glb", "obj", "glb", size, mtime)
 
 
 def row_of(task: Task, output_bytes: int = 1) -> Row:
     """The row of a task that is done."""
     row = failure(task, "input", "")
     row.status, row.kind, row.error, row.output_bytes = DONE, None, None, output_bytes
-    row.options, row.version = recipe(Options()), Order([], Options(), False).version
+    row.options, row.version = recipe(Options()), __version__
     return row
 
 
@@ -80,7 +81,7 @@ class TestInputs:
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / name).touch()
         inputs = find_inputs([str(tmp_path / pattern)], str(tmp_path / "out"))
-        assert [os.path.relpath(each.source, tmp_path) for each in inputs] == found
+        assert [os.path.relpath(join(each.root, each.entry.name), tmp_path) for each in inputs] == found
 
     def test_an_input_that_is_named_twice_is_one(self, tmp_path: Path) -> None:
         folder = buildings(tmp_path / "models", 3)
@@ -241,7 +242,9 @@ class TestUrls:
         manifest = open_manifest("memory://light/manifest.jsonl", resume=True, overwrite=False)
         assert manifest.empty
         for each in todo.tasks:
-            manifest.append(simplified(each, Order([each], Options(), overwrite=False)))
+            row = simplified(each, Order([each], Options(), overwrite=False))
+            row.options, row.version = recipe(Options()), __version__
+            manifest.append(row)
         manifest.close()
         rows = list(read_manifest("memory://light/manifest.jsonl"))
         assert {row.input for row in rows} == {str(path.relative_to(folder)) for path in folder.rglob("*.*")}
