@@ -1,7 +1,8 @@
 #!/bin/sh
 # Makes .venv with bldsimp in it, and remakes only what has changed since the last time.
 #
-# usage: sh setup.sh [EXTRAS]      EXTRAS as in pyproject.toml: test, pictures, plots, bench; several with commas
+# usage: sh setup.sh [EXTRAS]      EXTRAS as in pyproject.toml: test, pictures, plots, bench, compressed; several
+#                              with commas
 # needs: Python 3.10 or later and a C++20 compiler; everything else comes through pip.
 # Set PYTHON to choose the interpreter of a new .venv.
 set -eu
@@ -51,8 +52,18 @@ install() {
 print(*(each.replace(" ", "") for each in needed()))')
     # shellcheck disable=SC2086  # one word for each requirement
     [ -z "$tools" ] || "$python" -m pip install -qq $tools
-    PATH="$PWD/.venv/bin:$PATH" "$python" -m pip install -qq --no-build-isolation -e ".${extras:+[$extras]}" ||
+    most=$(echo ",$extras," | sed 's/,compressed,/,/; s/^,//; s/,$//')
+    PATH="$PWD/.venv/bin:$PATH" "$python" -m pip install -qq --no-build-isolation -e ".${most:+[$most]}" ||
         fail "the build failed, see above; \"rm -rf build .venv\" starts afresh"
+    # What this extra names may have to be built, too, with tools of its own.
+    case ",$extras," in *,compressed,*) install_decoders ;; esac
+}
+
+install_decoders() {
+    decoders=$("$python" -c 'from importlib.metadata import requires
+print(*(each.split(";")[0].replace(" ", "") for each in requires("bldsimp") or () if "compressed" in each))')
+    # shellcheck disable=SC2086  # one word for each requirement
+    "$python" -m pip install -qq $decoders || fail "what reads compressed glTF cannot be installed, see above"
 }
 
 new_enough "$python" || make_venv

@@ -1,6 +1,6 @@
 """Every file of a folder: points, facets on each rung, deviation beside the bound, what a second run drops.
 
-usage: python benchmarks/models.py [FOLDER] [--tolerance auto|LENGTH|PERCENT% ...] [--drop-attributes]
+usage: python benchmarks/models.py [FOLDER] [--tolerance auto|LENGTH|PERCENT% ...] [--delimit WORDS]
 needs: pip install "bldsimp[bench]"
 
 FOLDER is BLDSIMP_MODELS where left out. Each file is read, simplified and written in its own format as the
@@ -25,7 +25,7 @@ from third_party import models_folder
 import bldsimp
 from bldsimp.assembled import Rung
 from bldsimp.io import SUFFIXES, read, write
-from bldsimp.options import parse_tolerance
+from bldsimp.options import parse_delimit, parse_tolerance
 from bldsimp.tolerance import placed
 
 TOLERANCES = ("auto", "0.0001%")
@@ -165,13 +165,13 @@ def main() -> None:
     )
     parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER")
     parser.add_argument("--tolerance", nargs="+", default=TOLERANCES, metavar="TOLERANCE")
-    parser.add_argument("--drop-attributes", action="store_true", help="simplify textured parts, too")
+    parser.add_argument("--delimit", default="all", help="what facets may not cross")
     args = parser.parse_args()
     folder = args.folder or models_folder()
     for tolerance in args.tolerance:
-        options = bldsimp.Options(parse_tolerance(tolerance), drop_attributes=args.drop_attributes)
+        options = bldsimp.Options(parse_tolerance(tolerance), delimit=parse_delimit(args.delimit))
         runs, refused = run_folder(folder, options)
-        print(f"Tolerance {tolerance}{', attributes dropped' if args.drop_attributes else ''}:\n")
+        print(f"Tolerance {tolerance}{'' if args.delimit == 'all' else f', facets delimited by {args.delimit}'}:\n")
         print(table(COUNTS, [counts(name, run) for name, run in runs.items()]) + "\n")
         print(table(PROMISES, [promises(name, run) for name, run in runs.items()]) + "\n")
         print(misses(runs))

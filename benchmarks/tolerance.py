@@ -125,7 +125,7 @@ def judge(script: Path, model: Path, tolerance: str) -> Judged:
         light = Path(folder) / "light.ply"
         code = "import sys; from bldsimp.cli import main; sys.exit(main())"
         command = [sys.executable, "-c", code, "simplify", str(model), str(light), "--tolerance", tolerance]
-        seconds, memory = timed([*command, "--drop-attributes", "--quiet"])
+        seconds, memory = timed([*command, "--delimit", "none", "--quiet"])
         measure = [sys.executable, str(script), str(model), str(light), "--json"]
         done = subprocess.run(measure, stdout=subprocess.PIPE, text=True)
         if done.returncode:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .options import SPARE_SHARE, Options
+from .rows import distinct_rows
 from .scene import Faces, Flags, Indices, Mesh, Points
 from .tolerance import placed, scale
 
@@ -40,7 +41,7 @@ class Dropped:
 
 
 def spare(
-    points: Points, faces: Faces, part_of_face: Indices, pinned: Flags, tolerance: float
+    points: Points, faces: Faces, part_of_face: Indices, pinned: Flags, one_sided: Flags, tolerance: float
 ) -> tuple[Flags, list[Dropped]]:
     """Bodies of which every point is within a tolerance of what remains.
 
@@ -51,6 +52,8 @@ def spare(
     part_of_face : (m,) int32
     pinned : (m,) uint8
         Faces that stay.
+    one_sided : (m,) uint8
+        Faces that are seen from the front only: a sheet with any stays, since what holds it may face the other way.
     tolerance : float
         Model units.
 
@@ -66,9 +69,20 @@ def spare(
     smallest goes first; of two that hold one another, one stays.
     """
     body = _core.find_bodies(points, faces)
+    pinned = pinned | (_are_sheets(faces, body) & one_sided)
     found = _core.find_spare(points, faces, body, pinned, SPARE_SHARE * tolerance)
     gone = np.flatnonzero(found)
     return found, _listed(points, faces[gone], body[gone], part_of_face[gone], WITHIN_TOLERANCE)
+
+
+def _are_sheets(faces: Faces, body: Indices) -> Flags:
+    """Faces of bodies that have open edges of their own."""
+    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    edges = np.column_stack([np.repeat(body, 3), ends])
+    first, edge = distinct_rows(edges)
+    is_open = np.zeros(len(faces), np.uint8)
+    is_open[body[first[np.bincount(edge) == 1] // 3]] = 1
+    return is_open[body]
 
 
 def without_small(meshes: list[Mesh], options: Options) -> tuple[list[Mesh], list[list[Dropped]], int]:
@@ -106,9 +120,8 @@ class _Components:
         component = _core.find_components(corners, len(welded.points))
         roots, order = np.unique(component, return_inverse=True)
         self.of_face = order.astype(np.int32)
-        passed_on = np.array([part.passed_on(options) for part in mesh.parts], bool)
         self.pinned = np.zeros(len(roots), bool)
-        self.pinned[self.of_face[passed_on[mesh.part_of_face]]] = True
+        self.pinned[self.of_face[mesh.passed_on[mesh.part_of_face]]] = True
         self.sizes = np.zeros(len(roots))
         for transform in mesh.transforms if len(mesh.transforms) else np.eye(4)[None]:
             low, high = _boxes(placed(mesh.points, transform), mesh.faces, self.of_face)

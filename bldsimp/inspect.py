@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .options import Options, Tolerance
+from .options import Tolerance
 from .pipeline import simplify_mesh
-from .report import one_line
+from .report import PassedOn, one_line, passed_on
 from .rows import distinct_rows
 from .scene import Faces, Mesh, Scene
 from .tolerance import diagonal, resolve_tolerance, scale, spacing
@@ -47,6 +47,15 @@ class Surface:
 
 
 @dataclass
+class Carried:
+    """What a mesh carries beside its surface: an attribute, its kind, whether ``vertices`` or ``faces`` have it."""
+
+    name: str
+    kind: str
+    on: str
+
+
+@dataclass
 class MeshInspection:
     """One mesh of a scene; lengths in its own frame."""
 
@@ -64,7 +73,8 @@ class MeshInspection:
     watertight: bool
     numbers: str
     spacing: float
-    attributes: list[str]
+    attributes: list[Carried]
+    passed_on: list[PassedOn]
 
 
 @dataclass
@@ -181,7 +191,8 @@ def _inspect_mesh(mesh: Mesh, tolerance: float) -> MeshInspection:
         watertight=surface.watertight,
         numbers=number_words(mesh),
         spacing=spacing(mesh),
-        attributes=sorted({name for part in mesh.parts for name in part.attributes}),
+        attributes=[Carried(one.name, one.kind, "faces" if one.on_faces else "vertices") for one in mesh.attributes],
+        passed_on=[passed_on(part) for part in mesh.parts if part.fixed],
     )
 
 
@@ -197,7 +208,7 @@ def number_words(mesh: Mesh) -> str:
 def _facets(mesh: Mesh, tolerance: float) -> int:
     """Number of facets at a tolerance in world space."""
     local = tolerance / (scale(mesh) or 1.0)
-    return len(simplify_mesh(mesh, local, Options(drop_attributes=True)).planes)
+    return len(simplify_mesh(mesh, local).planes)
 
 
 def inspection_text(inspection: Inspection) -> str:
@@ -218,12 +229,19 @@ def inspection_text(inspection: Inspection) -> str:
     return "\n".join(map(one_line, lines))
 
 
+def _in_words(entry: dict[str, str]) -> str:
+    """An attribute, or a part that is passed on, for people."""
+    if "reason" in entry:
+        return f"{entry['name']}: {entry['reason']}"
+    return f"{entry['name']} ({entry['kind']}{', of faces' if entry['on'] == 'faces' else ''})"
+
+
 def _shown(value: Any) -> str:
     """A value for people."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list):
-        return ", ".join(value) or "none"
+        return ", ".join(_in_words(each) for each in value) or "none"
     return (
         f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if isinstance(value, float) else str(value)
     )

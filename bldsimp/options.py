@@ -41,6 +41,21 @@ FLAT_NORMALS_DEGREES = 1.0
 SIGNIFICANT_DIGITS = 6
 """Decimal numbers with fewer significant digits are taken as exact, not as rounded."""
 
+DELIMITS = ("material", "uv", "color", "feature", "crease")
+"""What facets may be kept from crossing."""
+
+TEXTURE_TOLERANCE = 0.5
+"""How far a texture may move on its wall, in texels."""
+
+COLOR_TOLERANCE = 1.5
+"""How far an interpolated colour may be off, in levels of 255: what their own rounding blurs, and a little more."""
+
+UNKNOWN_TEXELS = 4096
+"""Width and height of an image of unknown size, in texels."""
+
+CREASE_DEGREES = 30.0
+"""An edge is a crease where its faces, or the normals stored at it, turn by more than this; degrees."""
+
 COMPARED_TOLERANCES = "auto,0.1%,0.5%"
 """What `compare` takes, with commas between."""
 
@@ -111,8 +126,12 @@ class Options:
         Points nearer than this are one; model units; 0 welds exactly equal points only.
     normals : str
         ``auto``, ``flat``, ``smooth`` or ``none``.
-    drop_attributes : bool
-        Simplify textured and coloured parts too, and drop what they carry.
+    delimit : frozenset of str
+        What facets may not cross, of `DELIMITS`; UV, colours and feature ids that they may cross are dropped.
+    texture_tolerance : float
+        How far a texture may move on its wall; texels.
+    crease_angle : float
+        Normals that have to be made are smooth over edges that turn by less; degrees.
     baseline : bool
         Also report the points that fast-simplification needs for the same deviation.
     min_part : float
@@ -124,7 +143,9 @@ class Options:
     tolerance: Tolerance = Tolerance()
     weld: float = 0.0
     normals: str = "auto"
-    drop_attributes: bool = False
+    delimit: frozenset[str] = frozenset(DELIMITS)
+    texture_tolerance: float = TEXTURE_TOLERANCE
+    crease_angle: float = CREASE_DEGREES
     baseline: bool = False
     min_part: float = 0.0
     allow_close: bool = False
@@ -134,8 +155,17 @@ class Options:
             raise UsageError(f"tolerance {self.tolerance!r}: give a Tolerance")
         if self.normals not in NORMALS:
             raise UsageError(f"normals {self.normals!r}: choose one of {', '.join(NORMALS)}")
+        unknown = sorted(set(self.delimit) - set(DELIMITS))
+        if unknown:
+            raise UsageError(f"delimit {unknown[0]!r}: choose of {', '.join(DELIMITS)}")
         check_length("weld", self.weld)
         check_length("min_part", self.min_part)
+        check_length("texture_tolerance", self.texture_tolerance)
+        check_length("crease_angle", self.crease_angle)
+
+    def keeps(self, kind: str) -> bool:
+        """Whether attributes of a kind are kept."""
+        return kind in self.delimit or (kind == "tangent" and "uv" in self.delimit)
 
 
 DEFAULTS = Options()
@@ -158,6 +188,27 @@ def parse_tolerance(text: str) -> Tolerance:
         return Tolerance()
     percent = text.strip().endswith("%")
     return Tolerance(parse_length(text.strip().removesuffix("%"), text), "percent" if percent else "length")
+
+
+def parse_delimit(text: str) -> frozenset[str]:
+    """Read what facets may not cross: words of `DELIMITS` with commas between, ``all`` or ``none``.
+
+    Raises
+    ------
+    UsageError
+
+    Examples
+    --------
+    >>> sorted(parse_delimit("uv,material"))
+    ['material', 'uv']
+    """
+    words = {word.strip().lower() for word in text.split(",")}
+    if words in ({"all"}, {"none"}):
+        return frozenset(DELIMITS) if "all" in words else frozenset()
+    unknown = sorted(words - set(DELIMITS))
+    if unknown:
+        raise UsageError(f"{unknown[0]!r} is none of {', '.join(DELIMITS)}, all, none")
+    return frozenset(words)
 
 
 def parse_length(text: str, shown: str | None = None) -> float:

@@ -3,128 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from collections import Counter
-from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import NDArray
 
 from . import _core
-from .assembled import Layout
-from .dropped import Dropped, spare
-from .ladder import climb
-from .options import (
-    AUTO_DIAGONAL,
-    DEFAULTS,
-    MOVED_SHARE,
-    NEEDLE_DIAGONAL,
-    SPARE_SHARE,
-    STAGED_DIAGONAL,
-    WIDTH_SHARE,
-    Options,
-)
+from .collapsed import collapsed
+from .looks import Looks, left
+from .lossless import lossless
+from .options import AUTO_DIAGONAL, DEFAULTS, STAGED_DIAGONAL, Options
+from .outcome import Outcome, counts
 from .report import Counts
-from .scene import LARGEST_COORDINATE, Faces, Flags, Indices, Light, Mesh, Points
-from .triangulation import Statistics
-
-
-@dataclass
-class Outcome:
-    """What became of one mesh; lengths in its own frame.
-
-    Attributes
-    ----------
-    light : Light
-    points : (n, 3) float64
-        Welded points of the input, in lexicographic order.
-    triangles : (k, 3) int32
-        The result over `points`.
-    facet_of_triangle, facet_of_light, facet_of_face : int32
-        Facets of the result's triangles over `points`, of those in rows of the mesh, and of the welded faces
-        of the input; -1 for a face of whose facet nothing is left.
-    source : (m,) int32
-        Input face of each welded face.
-    planes : (f, 5) float64
-        Normal of each facet, and the least and greatest height of its points along it.
-    rung, unchanged : (f,) uint8
-        `Rung` of each facet; whether its own faces stayed.
-    deviation : float
-        Certified bound, both ways.
-    before, after : Counts
-    degenerate, duplicate : int
-        Faces dropped since they repeat a point, or copy another face.
-    turned, healed : int
-        Faces whose winding was turned; T-junctions that closed.
-    touching : int
-        Points that stay only since sheets meet there inside of facets.
-    reasons : dict of str to int
-        Why facets stand below the first rung.
-    dropped : list of Dropped
-    closed : int
-        Boundary loops that were closed.
-    statistics : Statistics
-        Of all triangulations.
-    layout : Layout or None
-        What the last round triangulated, where asked for.
-    """
-
-    light: Light
-    points: Points
-    triangles: Faces
-    facet_of_triangle: Indices
-    facet_of_light: Indices
-    facet_of_face: Indices
-    source: Indices
-    planes: NDArray[np.float64]
-    rung: NDArray[np.uint8]
-    unchanged: NDArray[np.uint8]
-    before: Counts
-    after: Counts
-    deviation: float = 0.0
-    degenerate: int = 0
-    duplicate: int = 0
-    turned: int = 0
-    healed: int = 0
-    touching: int = 0
-    reasons: dict[str, int] = field(default_factory=dict)
-    dropped: list[Dropped] = field(default_factory=list)
-    closed: int = 0
-    statistics: Statistics = field(default_factory=Statistics)
-    layout: Layout | None = None
-
-    def followed_by(self, second: Outcome) -> Outcome:
-        """What two runs did together, of which the second worked on the result of the first."""
-        facet = _facet_after(self, second)
-        rung = second.rung.copy()
-        told = facet >= 0
-        np.maximum.at(rung, facet[told], self.rung[told])
-        return dataclasses.replace(
-            second,
-            facet_of_face=facet[self.facet_of_face],
-            source=self.source,
-            rung=rung,
-            before=self.before,
-            deviation=self.deviation + second.deviation,
-            degenerate=self.degenerate,
-            duplicate=self.duplicate,
-            turned=self.turned + second.turned,
-            healed=self.healed + second.healed,
-            reasons=dict(Counter(self.reasons) + Counter(second.reasons)),
-            dropped=self.dropped + second.dropped,
-            closed=self.closed + second.closed,
-            statistics=self.statistics + second.statistics,
-        )
-
-
-def _facet_after(first: Outcome, second: Outcome) -> Indices:
-    """Facet of the second run that has the most triangles of each facet of the first, -1 where none is left."""
-    facet_of_row = first.facet_of_light[second.source]
-    pairs, count = np.unique(np.stack([facet_of_row, second.facet_of_face], axis=1), axis=0, return_counts=True)
-    order = np.lexsort((-pairs[:, 1], count))
-    facet = np.full(len(first.rung), -1, np.int32)
-    facet[pairs[order, 0]] = pairs[order, 1]
-    return facet
+from .scene import Mesh
+from .tolerance import frame
+from .weld import weld
 
 
 def simplify_mesh(
@@ -143,7 +32,7 @@ def simplify_mesh(
     tolerance : float
         How far any point of the surface may move; model units of the mesh's own frame.
     options : Options
-        `weld` (model units of the mesh's own frame) and `drop_attributes`.
+        `weld` (model units of the mesh's own frame) and `delimit`.
     with_layout : bool
         Keep what another triangulation of the same facets needs.
     progress : Progress, optional
@@ -161,291 +50,18 @@ def simplify_mesh(
     A wide tolerance is spent by collapses on what facets leave without loss. What they leave is made of facets
     again, so that its triangles are as well shaped as any.
     """
-    fine = AUTO_DIAGONAL * _frame(mesh.box)[1]
+    fine = AUTO_DIAGONAL * frame(mesh.box)[1]
     if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
-        return _lossless(mesh, tolerance, options, with_layout=with_layout)
-    first = _lossless(mesh, fine, options)
-    second = _collapsed(_left(mesh, first), first, tolerance - first.deviation - fine, options, progress)
+        return lossless(mesh, tolerance, options, with_layout=with_layout)
+    first = lossless(mesh, fine, options)
+    second = collapsed(left(mesh, first.light), first, tolerance - first.deviation - fine, options, progress)
     done = first.followed_by(second)
     welded = dataclasses.replace(options, weld=0.0)
-    return done.followed_by(_lossless(_left(mesh, done), fine, welded, with_layout=with_layout))
-
-
-def _left(mesh: Mesh, outcome: Outcome) -> Mesh:
-    """What is left of a mesh, as a mesh."""
-    light = outcome.light
-    return dataclasses.replace(mesh, points=light.points, faces=light.faces, part_of_face=light.part_of_face)
-
-
-def _lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bool = False) -> Outcome:
-    """Facets, outlines, triangulation: what needs no wide tolerance."""
-    passed_on = _passed_on(mesh, options)
-    welded, moved = _welded(mesh, passed_on, options.weld)
-    points = welded.points
-    part = mesh.part_of_face[welded.source]
-    pinned = passed_on[part]
-
-    origin, diagonal, slack = _frame(mesh.box)
-    # Squares of it must not leave the range of double precision.
-    within = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
-    width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
-    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
-    faces, halfedges, turned = _oriented(welded, rows, pinned, width)
-    label = np.where(pinned, np.int32(-1), part)
-    facets = _core.find_facets(points, faces, halfedges, label, origin, width, needle, math.sqrt(within**2 - width**2))
-    frozen = np.zeros(len(facets.planes), np.uint8)
-    frozen[facets.facet_of_face[pinned]] = 1
-    assembled = climb(points, faces, halfedges, facets, within, frozen)
-    part_of_facet = _of_facet(facets.facet_of_face, part, len(assembled.rung))
-    light, facet_of_light = _in_rows(
-        mesh, assembled.triangles, assembled.facet_of_triangle, assembled.kept, faces, rows, facets.facet_of_face,
-        part_of_facet, welded.source, passed_on,
-    )  # fmt: skip
-    if moved > 0:
-        light.faces = _at_their_points(mesh, light, welded)
-    moved += float(assembled.deviation.max(initial=0.0))
-    return Outcome(
-        light=light,
-        points=points,
-        triangles=assembled.triangles,
-        facet_of_triangle=assembled.facet_of_triangle,
-        facet_of_light=facet_of_light,
-        facet_of_face=facets.facet_of_face,
-        source=welded.source,
-        planes=facets.planes,
-        rung=assembled.rung,
-        unchanged=assembled.unchanged,
-        before=_counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges),
-        after=_counted(assembled.triangles, points, light),
-        deviation=moved + slack if moved > 0 or not assembled.unchanged.all() else 0.0,
-        degenerate=welded.degenerate,
-        duplicate=welded.duplicate,
-        turned=turned,
-        healed=assembled.healed,
-        touching=assembled.touching,
-        reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
-        statistics=assembled.statistics,
-        layout=assembled.layout if with_layout else None,
-    )
-
-
-def _collapsed(
-    mesh: Mesh, first: Outcome, tolerance: float, options: Options, progress: _core.Progress | None
-) -> Outcome:
-    """Edges collapsed, on a mesh that is what facets left; facets are those of the outcome that it is left of."""
-    passed_on = _passed_on(mesh, options)
-    welded = _core.weld(mesh.points, mesh.faces, 0.0)
-    points, faces, part = welded.points, welded.faces, mesh.part_of_face[welded.source]
-    facet_of_face = first.facet_of_light[welded.source]
-    slack = _frame(mesh.box)[2]
-    pinned, within = passed_on[part].astype(np.uint8), tolerance - slack
-    needless, dropped = spare(points, faces, part, pinned, within)
-    decimals = _NONE_MOVES if mesh.quantized else _decimals(tolerance)
-    lids, beside, closed = _lids(points, faces, part, pinned, needless, within, options)
-    given = np.concatenate([np.arange(len(faces), dtype=np.int32), beside])
-    left_out = np.concatenate([needless, np.zeros_like(beside, np.uint8)])
-    surface = np.concatenate([faces, lids])
-    found = _core.collapse(
-        points, surface, part[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
-    )
-    if found.deviation > within and len(dropped):
-        # What is measured counts: then nothing is dropped.
-        dropped, left_out = [], np.zeros_like(left_out)
-        found = _core.collapse(
-            points, surface, part[given], pinned[given], left_out, within, decimals, mesh.single, len(lids), progress
-        )
-    changed = found.accepted + found.moved > 0 or len(dropped) > 0 or closed > 0
-    facet = facet_of_face[given[found.source]]
-    kept = np.zeros(len(points), np.uint8)
-    kept[found.triangles] = 1
-    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
-    part_of_facet = _of_facet(facet_of_face, part, len(first.rung))
-    light, facet_of_light = _in_rows(
-        mesh, found.triangles, facet, kept, faces, rows, facet_of_face, part_of_facet, welded.source, passed_on
-    )
-    if found.moved:
-        light.points = _moved(mesh.points, welded.point_of_row, found.points)
-    shown = np.zeros(len(first.rung), bool)
-    shown[facet] = True
-    return Outcome(
-        light=light,
-        points=found.points,
-        triangles=found.triangles,
-        facet_of_triangle=facet,
-        facet_of_light=facet_of_light,
-        facet_of_face=np.where(shown[facet_of_face], facet_of_face, facet[found.holder]),
-        source=welded.source,
-        planes=first.planes,
-        rung=first.rung,
-        unchanged=np.full_like(first.unchanged, not changed),
-        before=first.after,
-        after=_counted(found.triangles, points, light),
-        deviation=found.deviation + slack if changed else 0.0,
-        dropped=dropped,
-        closed=closed,
-    )
-
-
-def _lids(
-    points: Points, faces: Faces, part: Indices, pinned: Flags, left_out: Flags, tolerance: float, options: Options
-) -> tuple[Faces, Indices, int]:
-    """Faces that close boundary loops within a tolerance, each with a face beside it, and how many loops they close."""
-    if not options.allow_close:
-        return np.empty((0, 3), np.int32), np.empty(0, np.int32), 0
-    left = np.flatnonzero(left_out == 0).astype(np.int32)
-    found = _core.find_lids(points, faces[left], part[left], pinned[left], SPARE_SHARE * tolerance)
-    return found.faces, left[found.beside], found.closed
-
-
-_NONE_MOVES = -1
-
-
-def _decimals(tolerance: float) -> int:
-    """Decimals of a coordinate that are worth storing at a tolerance."""
-    return max(0, math.ceil(-math.log10(MOVED_SHARE * tolerance)))
-
-
-def _moved(points: Points, point_of_row: Indices, moved: Points) -> Points:
-    """Rows at where their points have moved to; those that no face uses stay."""
-    return np.where((point_of_row >= 0)[:, None], moved[point_of_row], points)
-
-
-def _passed_on(mesh: Mesh, options: Options) -> NDArray[np.bool_]:
-    return np.array([part.passed_on(options) for part in mesh.parts], bool)
-
-
-def _of_facet(facet_of_face: Indices, part: Indices, count: int) -> Indices:
-    """Part of each facet."""
-    part_of_facet = np.zeros(count, np.int32)
-    part_of_facet[facet_of_face] = part
-    return part_of_facet
-
-
-def _welded(mesh: Mesh, passed_on: NDArray[np.bool_], distance: float) -> tuple[_core.Welded, float]:
-    """A mesh with near points joined, and how far that moved one; corners of parts that are passed on stay."""
-    welded = _core.weld(mesh.points, mesh.faces, distance)
-    if welded.moved == 0.0 or not passed_on.any():
-        return welded, welded.moved
-    stays = np.zeros(len(mesh.points), bool)
-    stays[mesh.faces[passed_on[mesh.part_of_face]]] = True
-    used = welded.point_of_row >= 0
-    at = np.where(used[:, None], welded.points[welded.point_of_row], mesh.points)
-    rows, targets = _nearest_staying(mesh.points, welded.point_of_row, stays)
-    at[rows] = mesh.points[targets]
-    at[stays] = mesh.points[stays]
-    moved = float(np.sqrt(((at - mesh.points)[used] ** 2).sum(axis=1).max()))
-    # What is where it shall be is welded exactly: points are in lexicographic order again.
-    return _core.weld(at, mesh.faces, 0.0), moved
-
-
-def _nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """Rows that share a cluster with rows that stay, and the nearest of those; ties go by coordinates."""
-    staying, moving = np.flatnonzero(stays), np.flatnonzero(~stays & (cluster >= 0))
-    staying = staying[np.argsort(cluster[staying], kind="stable")]
-    first = np.searchsorted(cluster[staying], cluster[moving])
-    count = np.searchsorted(cluster[staying], cluster[moving], side="right") - first
-    row = np.repeat(moving, count)
-    within = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-    target = staying[np.repeat(first, count) + within]
-    gap = points[target] - points[row]
-    order = np.lexsort((*points[target].T[::-1], (gap**2).sum(axis=1), row))
-    nearest = order[np.unique(row[order], return_index=True)[1]]
-    return row[nearest].astype(np.int32), target[nearest].astype(np.int32)
-
-
-def _at_their_points(mesh: Mesh, light: Light, welded: _core.Welded) -> Faces:
-    """Corners by rows that lie where the welded points are, rows of the same part where it has one there."""
-    point = welded.point_of_row.astype(np.int64)
-    there = (point >= 0) & (mesh.points == welded.points[point]).all(axis=1)
-    stored = there[mesh.faces]
-    rows, key = mesh.faces[stored], mesh.part_of_face.astype(np.int64) * len(welded.points)
-    faces, away = light.faces.copy(), ~there[light.faces]
-    wanted = point[faces[away]]
-    part_key = np.repeat(light.part_of_face.astype(np.int64) * len(welded.points), away.sum(axis=1))
-    anywhere, _ = _looked_up(point[rows], rows, wanted)
-    own, found = _looked_up(point[rows] + np.repeat(key, stored.sum(axis=1)), rows, wanted + part_key)
-    faces[away] = np.where(found, own, anywhere)
-    return faces
-
-
-def _looked_up(
-    keys: NDArray[np.int64], values: Indices, wanted: NDArray[np.int64]
-) -> tuple[Indices, NDArray[np.bool_]]:
-    """The least value of each wanted key, and whether there is one."""
-    order = np.lexsort((values, keys))
-    place = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
-    return values[order][place], keys[order][place] == wanted
+    return done.followed_by(lossless(left(mesh, done.light), fine, welded, with_layout=with_layout))
 
 
 def counted(mesh: Mesh, options: Options) -> Counts:
     """A mesh in numbers, as `simplify_mesh` counts before it does anything."""
-    welded, _ = _welded(mesh, _passed_on(mesh, options), options.weld)
+    welded, _ = weld(mesh, options.weld, Looks(mesh, options).layers())
     count = len(welded.points)
-    return _counts(count, len(mesh.faces), *_core.count_edges(welded.faces, count))
-
-
-def _counted(triangles: Faces, points: Points, light: Light) -> Counts:
-    used = int(np.count_nonzero(np.bincount(triangles.reshape(-1))))
-    return _counts(used, len(light.faces), *_core.count_edges(triangles, len(points)))
-
-
-def _counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int) -> Counts:
-    return Counts(
-        points=points,
-        triangles=triangles,
-        watertight=triangles > 0 and open_edges == nonmanifold_edges == 0,
-        open_edges=open_edges,
-        nonmanifold_edges=nonmanifold_edges,
-    )
-
-
-def _oriented(
-    welded: _core.Welded, rows: _core.Rows, pinned: NDArray[np.bool_], width: float
-) -> tuple[Faces, _core.Halfedges, int]:
-    """Faces and halfedges with consistent, outward winding, and how many faces that turned."""
-    points, faces = welded.points, welded.faces
-    halfedges = _core.pair_halfedges(points, faces, rows, width)
-    turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
-    if len(turned):
-        faces = faces.copy()
-        faces[turned] = faces[turned][:, [0, 2, 1]]
-        halfedges = _core.pair_halfedges(points, faces, rows, width)
-    return faces, halfedges, len(turned)
-
-
-def _frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
-    """Middle and diagonal of a box, and how far rounding blurs a distance there."""
-    if not np.isfinite(box).all():
-        return (0.0, 0.0, 0.0), 0.0, 0.0
-    low, high = box
-    x, y, z = (float(v) for v in low + (high - low) / 2)
-    return (x, y, z), math.dist(low, high), 2 * float(np.spacing(np.abs(box).max()))
-
-
-def _in_rows(
-    mesh: Mesh,
-    triangles: Faces,
-    facet: Indices,
-    kept: Flags,
-    faces: Faces,
-    rows: _core.Rows,
-    facet_of_face: Indices,
-    part_of_facet: Indices,
-    source: Indices,
-    passed_on: NDArray[np.bool_],
-) -> tuple[Light, Indices]:
-    """The result in rows of the mesh, and its facets; parts that are passed on keep their faces to the letter."""
-    found = _core.find_rows(triangles, facet, faces, rows, facet_of_face, part_of_facet, kept)
-    if not passed_on.any() and len(passed_on) == 1:
-        return Light(mesh.points, found, np.zeros(len(found), np.int32)), facet
-    part_of_triangle = part_of_facet[facet]
-    fresh = ~passed_on[part_of_triangle]
-    untouched = passed_on[mesh.part_of_face]
-    facet_of_input = np.full(len(mesh.faces), -1, np.int32)
-    facet_of_input[source] = facet_of_face
-    light = Light(
-        mesh.points,
-        np.concatenate([found[fresh], mesh.faces[untouched]]),
-        np.concatenate([part_of_triangle[fresh], mesh.part_of_face[untouched]]),
-    )
-    return light, np.concatenate([facet[fresh], facet_of_input[untouched]])
+    return counts(count, len(mesh.faces), *_core.count_edges(welded.faces, count))

@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from .scene import MOST_NAMED
+from .scene import MOST_NAMED, Part
 
 SCHEMA = "bldsimp.report/1"
 """Name and version of the JSON; the number rises when a field changes its meaning or goes."""
@@ -71,6 +71,11 @@ class PassedOn:
     reason: str
 
 
+def passed_on(part: Part) -> PassedOn:
+    """Why a part is left untouched."""
+    return PassedOn(part.name, f"carries {', '.join(part.fixed)}")
+
+
 @dataclass
 class DroppedPart:
     """A component that went as a whole.
@@ -111,6 +116,8 @@ class Report:
     rounding : float
         Greatest distance by which writing moved a point.
     before, after : Counts
+    texels : float or None
+        Certified bound of how far a texture has moved on its wall, along u or v; None where nothing is textured.
     facets : int
     rungs : dict of str to int
         Facets on each rung of the ladder, best rung first.
@@ -142,6 +149,7 @@ class Report:
     deviation: float = 0.0
     epsilon: float = 0.0
     rounding: float = 0.0
+    texels: float | None = None
     facets: int = 0
     rungs: dict[str, int] = field(default_factory=dict)
     reasons: dict[str, int] = field(default_factory=dict)
@@ -215,9 +223,10 @@ def _surface(report: Report) -> str:
     before, after = words[report.before.watertight], words[report.after.watertight]
     closed = before if before == after else f"{before} -> {after}"
     written = f", of which {report.rounding:.3g} is rounding on writing" if report.rounding else ""
+    textures = "" if report.texels is None else f", textures moved by at most {report.texels:.2g} texels"
     return (
         f"surface    deviation at most {report.deviation:.3g}{written}"
-        f" (tolerance {report.tolerance:.3g}, diagonal {report.diagonal:.6g}), {closed}"
+        f" (tolerance {report.tolerance:.3g}, diagonal {report.diagonal:.6g}), {closed}{textures}"
     )
 
 
@@ -264,15 +273,13 @@ def _notes(report: Report) -> list[str]:
             f" --tolerance {through:.2g} may see through it"
         )
     dropped = report.before.points - report.after.points
-    if dropped < LITTLE_DROPPED * report.before.points:
-        if report.passed_on:
-            notes.append("little could be dropped: --drop-attributes simplifies the parts passed on, too")
-        elif not coarse and report.diagonal > 0.0:
-            more = max(1e-3 * report.diagonal, 10.0 * report.tolerance)
-            notes.append(
-                f"little could be dropped: a larger tolerance, say --tolerance {more:.1g}, may drop more,"
-                " and may move the surface so far"
-            )
+    little = dropped < LITTLE_DROPPED * report.before.points
+    if little and not report.passed_on and not coarse and report.diagonal > 0.0:
+        more = max(1e-3 * report.diagonal, 10.0 * report.tolerance)
+        notes.append(
+            f"little could be dropped: a larger tolerance, say --tolerance {more:.1g}, may drop more,"
+            " and may move the surface so far"
+        )
     return notes
 
 

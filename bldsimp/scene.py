@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from . import _core
 from .errors import InputError
-from .options import Options
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int32]
@@ -38,19 +37,48 @@ class Part:
     name : str
         As the user knows it, for messages.
     attributes : tuple of str
-        Names of what the part carries beside position and normal (``TEXCOORD_0``, ``COLOR_0``,
-        ``vt`` ...). A part with any is passed on untouched unless attributes are dropped.
+        Names of what the part carries beside position and normal (``TEXCOORD_0``, ``COLOR_0`` ...).
+    fixed : tuple of str
+        What of it cannot follow a change of its faces (a skin, morph targets, an unknown extension): a part with
+        any is passed on untouched.
+    one_sided : bool
+        Its faces are seen from the front only.
     source : object
         Where the reader found it; only `io` looks inside.
     """
 
     name: str
     attributes: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
+    one_sided: bool = False
     source: Any = None
 
-    def passed_on(self, options: Options) -> bool:
-        """Whether the part is to be left untouched, because it carries what would be lost."""
-        return bool(self.attributes) and not options.drop_attributes
+
+@dataclass
+class Attribute:
+    """What a mesh carries beside its surface, one value for each row of its points, or for each face.
+
+    Attributes
+    ----------
+    name : str
+        As glTF calls it: ``TEXCOORD_0``, ``COLOR_0``, ``_FEATURE_ID_0`` ...
+    kind : str
+        ``uv``, ``color`` (whatever is interpolated over a face), ``feature`` (numbers that name something, the same all
+        over a face) or ``tangent`` (follows from UV and normals).
+    values : (n, k) or (m, k) float64
+        NaN where a row or face has none. UV have v upwards, colours are in 0..1.
+    steps : (p, k) float64
+        For each part, how many steps that can be told apart a unit is worth: texels of the largest image that reads
+        these UV, levels of a colour.
+    on_faces : bool
+        One value for each face instead of each row.
+    """
+
+    name: str
+    kind: str
+    values: NDArray[np.float64]
+    steps: NDArray[np.float64]
+    on_faces: bool = False
 
 
 @dataclass
@@ -72,6 +100,8 @@ class Mesh:
         World transform of each instance; one identity where the format has no scene graph.
     normals : (n, 3) float64 or None
         Stored vertex normals, one row per vertex.
+    attributes : list of Attribute
+        All that the stages must know of; what only a writer needs may stay in `source`.
     single : bool
         Every stored coordinate is exactly a single-precision number.
     rounding : float
@@ -90,10 +120,16 @@ class Mesh:
     parts: list[Part]
     transforms: NDArray[np.float64] = field(default_factory=lambda: np.eye(4)[None])
     normals: NDArray[np.float64] | None = None
+    attributes: list[Attribute] = field(default_factory=list)
     single: bool = False
     rounding: float = 0.0
     quantized: bool = False
     source: Any = None
+
+    @cached_property
+    def passed_on(self) -> NDArray[np.bool_]:
+        """Which parts are left untouched."""
+        return np.array([bool(part.fixed) for part in self.parts], bool)
 
     @cached_property
     def used_points(self) -> Points:
@@ -145,17 +181,34 @@ class Light:
     Attributes
     ----------
     points : (n, 3) float64
-        ``Mesh.points``, where a wide tolerance moved none; all rows at one position moved together.
+        ``Mesh.points``, where a wide tolerance moved none; all rows at one position moved together. Rows that had to be
+        told apart (two textures on a point that moved, two normals) are added at the end.
     faces : (k, 3) int32
         Per corner a row of `points`; where a position is stored in several rows, one that a
-        face of the same facet uses, so that its normal is the right one.
+        face of the same facet uses, so that its normal, UV and colours are the right ones.
     part_of_face : (k,) int32
         Index into ``Mesh.parts``.
+    row : (n,) int32
+        The row of the mesh that each row was.
+    face : (k,) int32
+        A face of the mesh in the same facet, whose face attributes are those of the triangle.
+    changed : dict of str to (n, k) float64
+        Values of those attributes that are other than the mesh's at some row, by name.
     """
 
     points: Points
     faces: Faces
     part_of_face: NDArray[np.int32]
+    row: NDArray[np.int32]
+    face: NDArray[np.int32]
+    changed: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    def values(self, attribute: Attribute) -> NDArray[np.float64]:
+        """Values of an attribute of the mesh, one for each row, or for each face."""
+        if attribute.on_faces:
+            return attribute.values[self.face]
+        changed = self.changed.get(attribute.name)
+        return attribute.values[self.row] if changed is None else changed
 
 
 def check_indices(corners: NDArray[Any], count: int) -> None:

@@ -15,15 +15,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .assembled import Rung
+from .carried import carry
 from .dropped import Dropped, without_small
 from .errors import InputError
 from .number_format import number_format
 from .options import Options, Tolerance, check_length, parse_tolerance
-from .pipeline import Outcome, counted, simplify_mesh
-from .report import DroppedPart, PassedOn, Report
+from .outcome import Outcome
+from .pipeline import counted, simplify_mesh
+from .report import DroppedPart, Report, passed_on
 from .rings import rings_of
+from .rows import distinct_rows
 from .scene import MOST_NAMED, Light, Mesh, Part, Points, Scene, check_finite
 from .tolerance import blur, diagonal, placed, resolve_tolerance, scale
+from .visuals import attributes_of, carried_by, corner_values, give, image_of
 
 
 @dataclass
@@ -52,7 +56,8 @@ class Simplified:
     Attributes
     ----------
     mesh : same kind as the input
-        `trimesh.Trimesh`, or a tuple of points (n, 3) float64 and faces (m, 3) int32.
+        `trimesh.Trimesh`, with its UV, material, colours and other arrays of vertices and faces, or a tuple of points
+        (n, 3) float64 and faces (m, 3) int32.
     report : Report
     """
 
@@ -127,11 +132,40 @@ def simplify(mesh: Any, tolerance: float | str | Tolerance | None = None) -> Sim
     mesh = mesh.to_mesh() if hasattr(mesh, "primitive") and hasattr(mesh, "to_mesh") else mesh
     is_trimesh = hasattr(mesh, "vertices") and hasattr(mesh, "faces")
     scene = _scene_of(*((mesh.vertices, mesh.faces) if is_trimesh else _pair(mesh)))
+    if is_trimesh and len(mesh.faces):
+        own = scene.meshes[0]
+        carry(own, attributes_of(own, carried_by(mesh), [image_of(mesh)]))
     outcomes, report = simplify_meshes(scene, Options(tolerance=chosen))
-    used, compact = np.unique(outcomes[0].triangles, return_inverse=True)
-    light = (outcomes[0].points[used], compact.reshape(-1, 3).astype(np.int32))
-    result = type(mesh)(vertices=light[0], faces=light[1], process=False) if is_trimesh else light
+    result = _as_trimesh(mesh, scene.meshes[0], outcomes[0]) if is_trimesh else _as_arrays(outcomes[0])
     return Simplified(result, report, outcomes[0])
+
+
+def _as_arrays(outcome: Outcome) -> tuple[Points, NDArray[np.int32]]:
+    """Points and faces of a result."""
+    used, compact = np.unique(outcome.triangles, return_inverse=True)
+    return outcome.points[used], compact.reshape(-1, 3).astype(np.int32)
+
+
+def _as_trimesh(given: Any, mesh: Mesh, outcome: Outcome) -> Any:
+    """A result of the same class as what was given, with its UV, colours and other arrays.
+
+    Points that need several values, as along a seam, are repeated after all others.
+    """
+    points, faces = _as_arrays(outcome)
+    kind = type(given)
+    if not mesh.attributes or not len(faces):
+        return kind(vertices=points, faces=faces, process=False)
+    corners = faces.reshape(-1)
+    first, inverse = distinct_rows(np.hstack([corners[:, None], corner_values(mesh, outcome.light)]))
+    point = corners[first]
+    own = np.unique(point, return_index=True)[1]
+    extra = np.setdiff1d(np.arange(len(first)), own)
+    order = np.concatenate([own, extra])
+    vertex = np.empty(len(order), np.int32)
+    vertex[order] = np.arange(len(order))
+    made = kind(vertices=points[point[order]], faces=vertex[inverse].reshape(-1, 3), process=False)
+    give(made, given, mesh, outcome.light, first[order])
+    return made
 
 
 def simplify_scene(
@@ -193,10 +227,8 @@ def simplify_meshes(
             outcome.before = counted(mesh, local)
             outcome.dropped = small + outcome.dropped
         outcomes.append(outcome)
-        _tell(report, mesh, outcome, stretch)
-        for part in mesh.parts:
-            if part.passed_on(options):
-                report.passed_on.append(PassedOn(part.name, f"carries {', '.join(part.attributes)}"))
+        _tell(report, mesh, outcome, options, stretch)
+        report.passed_on += [passed_on(part) for part in mesh.parts if part.fixed]
     report.before.watertight = all(outcome.before.watertight for outcome in outcomes)
     report.after.watertight = all(outcome.after.watertight for outcome in outcomes)
     report.seconds = time.perf_counter() - start
@@ -217,9 +249,11 @@ def _without_small(
     return meshes, dropped
 
 
-def _tell(report: Report, mesh: Mesh, outcome: Outcome, stretch: float) -> None:
+def _tell(report: Report, mesh: Mesh, outcome: Outcome, options: Options, stretch: float) -> None:
     """Add one mesh to the report."""
     report.deviation = max(report.deviation, outcome.deviation * stretch)
+    if any(one.kind == "uv" for one in mesh.attributes) and options.keeps("uv"):
+        report.texels = max(report.texels or 0.0, outcome.texels)
     for total, own in ((report.before, outcome.before), (report.after, outcome.after)):
         for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
             setattr(total, name, getattr(total, name) + getattr(own, name))

@@ -137,3 +137,12 @@ def _rotate(a: list[list[float]], p: int, q: int, c: float, s: float) -> None:
     for k in range(3):
         a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
     a[p][q] = a[q][p] = 0.0
+
+
+def frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
+    """Middle and diagonal of a box, and how far rounding blurs a distance there."""
+    if not np.isfinite(box).all():
+        return (0.0, 0.0, 0.0), 0.0, 0.0
+    low, high = box
+    x, y, z = (float(v) for v in low + (high - low) / 2)
+    return (x, y, z), math.dist(low, high), 2 * float(np.spacing(np.abs(box).max()))

@@ -155,16 +155,17 @@ class TestSimplify:
         assert result.returncode == 0
         assert_box(tmp_path / "out.obj", "obj")
 
-    def test_coloured_parts_are_passed_on_and_named_unless_dropped(self, tmp_path: Path) -> None:
+    def test_colours_are_kept_unless_they_may_be_crossed(self, tmp_path: Path) -> None:
         text = obj_text(*fine_box()).replace("\nf", " 1 0 0\nf", 1).replace("\nv", " 1 0 0\nv")
         source = write(tmp_path / "red.obj", text)
-        result = run("simplify", source, tmp_path / "a.obj")
-        assert b"passed on  mesh: carries colour" in result.stderr
-        assert b"--drop-attributes" in result.stderr
-        assert len(read(tmp_path / "a.obj", "obj").meshes[0].faces) == 192
-        result = run("simplify", source, tmp_path / "b.obj", "--drop-attributes")
-        assert b"dropped as asked" in result.stderr
+        run("simplify", source, tmp_path / "a.obj")
+        assert_box(tmp_path / "a.obj", "obj")
+        colors = read(tmp_path / "a.obj", "obj").meshes[0].attributes[0].values
+        assert np.array_equal(colors, np.tile([1.0, 0.0, 0.0], (8, 1)))
+        result = run("simplify", source, tmp_path / "b.obj", "--delimit", "none")
+        assert b"dropped as asked, from 1 part: colours" in result.stderr
         assert_box(tmp_path / "b.obj", "obj")
+        assert not read(tmp_path / "b.obj", "obj").meshes[0].attributes
 
     def test_little_to_drop_and_coarse_numbers_are_told(self, tmp_path: Path) -> None:
         source = write(tmp_path / "cone.obj", obj_text(*open_cone()))
@@ -403,6 +404,14 @@ class TestInspect:
         }
         expected = {"points": "98", "triangles": "192", "facets": "6", "open edges": "0", "watertight": "yes"}
         assert {key: words[key] for key in expected} == expected
+
+    def test_what_a_file_carries_is_told(self, tmp_path: Path) -> None:
+        text = obj_text(*fine_box()).replace("\nf", " 1 0 0\nf", 1).replace("\nv", " 1 0 0\nv")
+        source = write(tmp_path / "red.obj", text)
+        assert b"attributes        COLOR_0 (color)" in run("inspect", source).stdout
+        found = json.loads(run("inspect", source, "--json").stdout)["meshes"][0]
+        assert found["attributes"] == [{"name": "COLOR_0", "kind": "color", "on": "vertices"}]
+        assert found["passed_on"] == []
 
     def test_as_json_counts_defects(self, tmp_path: Path) -> None:
         points, faces = box()

@@ -79,3 +79,16 @@ def test_the_order_of_faces_does_not_matter() -> None:
     results = [collapsed(m, 0.03)[0] for m in (mesh, solids.shuffled(mesh))]
     shapes = [sorted(tuple(sorted(map(tuple, points[f].tolist()))) for f in faces) for points, faces in results]
     assert shapes[0] == shapes[1]
+
+
+@pytest.mark.parametrize("share", [1e-2, 1e-4])
+def test_the_bound_holds_for_faces_that_are_long_beside_the_tolerance(share: float) -> None:
+    """A flat strip cut along one diagonal becomes one that is cut along another."""
+    length, cuts = 30.0, 4
+    x = np.repeat(np.linspace(0, length, cuts), 2)
+    points = np.stack([x, np.tile([0.0, 1.0], cuts), np.zeros_like(x)], axis=1)
+    first = 2 * np.arange(cuts - 1)
+    faces = np.concatenate([np.stack([first + i for i in corners], axis=1) for corners in ((0, 2, 1), (1, 2, 3))])
+    result, found = collapsed((points, faces), share * length)
+    assert len(result[1]) == 2
+    assert found.deviation <= share * length

@@ -170,7 +170,7 @@ def of_meshes(meshes: list[solids.Shape]) -> int:
 def before_and_after(path: Path, tolerance: Tolerance) -> tuple[int, int, int]:
     """Pairs that cross in a model and in its result, and the points of that."""
     scene = read(path, path.suffix[1:].lower())
-    lights, report = simplify_scene(scene, Options(tolerance=tolerance, drop_attributes=True))
+    lights, report = simplify_scene(scene, Options(tolerance=tolerance, delimit=frozenset()))
     before = of_meshes([(mesh.points, mesh.faces) for mesh in scene.meshes])
     return before, of_meshes([(light.points, light.faces) for light in lights]), report.after.points
 
@@ -246,16 +246,17 @@ def test_facets_that_were_pierced_may_be() -> None:
     assert len(simplified(both, FINE).after.points) == 7
 
 
-def sheets(cells: int, gap: float, noise: float, waves: float) -> solids.Shape:
-    """Two wavy sheets, one above the other, their points a little up or down."""
+def sheets(cells: int, gap: float, noise: float, waves: float, layers: int = 2) -> solids.Shape:
+    """Wavy sheets, one above the other, their points a little up or down."""
     rng = np.random.default_rng(6)
     x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0), indexing="ij")
     corner = np.arange((cells + 1) ** 2).reshape(x.shape)
     a, b, c, d = (corner[i : i + cells, j : j + cells].ravel() for i, j in ((0, 0), (1, 0), (1, 1), (0, 1)))
     sheet = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    heights = [gap * k + waves * np.sin(x / 3) * np.cos(y / 4) + rng.uniform(-noise, noise, x.shape) for k in (0, 1)]
+    wave = waves * np.sin(x / 3) * np.cos(y / 4)
+    heights = [gap * k + wave + rng.uniform(-noise, noise, x.shape) for k in range(layers)]
     points = np.concatenate([np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1) for z in heights])
-    return solids.shape(points, np.concatenate([sheet, sheet + corner.size]))
+    return solids.shape(points, np.concatenate([sheet + k * corner.size for k in range(layers)]))
 
 
 @pytest.mark.parametrize("cells", [20, 80])
@@ -270,3 +271,51 @@ def test_sheets_nearer_than_the_tolerance_do_not_come_to_cross(cells: int) -> No
     assert len(found.triangles) < len(faces) / 4
     assert found.refusals[CROSSING] > 0
     assert len(_core.find_crossings(found.points, found.triangles)) == 0
+
+
+def far_sheet(height: float) -> solids.Shape:
+    """A flat sheet of 8,450 faces: with two of them a mesh is collapsed in blocks, one with each of them."""
+    points, faces = sheets(65, 0.0, 0.0, 0.0, layers=1)
+    return solids.shape(points / 65 + (0, 0, height), faces)
+
+
+def in_two_blocks(lower: solids.Shape, upper: solids.Shape, decimals: int) -> tuple[solids.Shape, solids.Shape]:
+    """Two shapes with as many faces each, before and after they were collapsed in a block each."""
+    points, faces = solids.merged(lower, upper, far_sheet(-9.0), far_sheet(9.0))
+    welded = _core.weld(np.ascontiguousarray(points), faces.astype(np.int32), 0.0)
+    label, none = np.zeros(len(faces), np.int32), np.zeros(len(faces), np.uint8)
+    found = _core.collapse(welded.points, welded.faces, label, none, none, 0.3, decimals, False)
+    return (np.array(welded.points), np.array(welded.faces)), (np.array(found.points), np.array(found.triangles))
+
+
+def notched_ridge() -> solids.Shape:
+    """A roof whose ridge dips in its middle."""
+    a, b, c, d = (-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)
+    e, dip, f = (-1, 0, 0), (0, 0, -0.15), (1, 0, 0)
+    return solids.of_polygons((a, b, dip), (a, dip, e), (b, f, dip), (c, d, dip), (c, dip, f), (d, e, dip))
+
+
+def blunt_tip(cut: float = 0.14) -> solids.Shape:
+    """A pyramid without its tip, which would be at the origin."""
+    base = solids.square()[0] * 2 - (1, 1, 0)
+    low, high = base - (0, 0, 1), base * cut - (0, 0, cut)
+    return solids.of_polygons(*((low[i - 1], low[i], high[i], high[i - 1]) for i in range(4)), high)
+
+
+def test_what_two_blocks_changed_does_not_come_to_cross() -> None:
+    """A ridge and a trough across it, both rid of the dent by which they passed each other."""
+    ridge = notched_ridge()
+    trough = solids.shape(ridge[0][:, [1, 0, 2]] * (1, 1, -1) + (0, 0, -0.1), ridge[1])
+    before, after = in_two_blocks(ridge, trough, decimals=-1)
+    assert len(_core.find_crossings(*before)) == 0
+    assert len(_core.find_crossings(*after)) == 0
+    assert len(after[1]) < 24
+
+
+def test_points_of_two_blocks_do_not_move_to_one_place() -> None:
+    """Two blunt tips, one above the other, which both would be sharp at the same place."""
+    tip = blunt_tip()
+    before, after = in_two_blocks(tip, solids.shape(tip[0] * (1, 1, -1), tip[1][:, ::-1]), decimals=0)
+    used = after[0][np.unique(after[1])] + 0.0  # no zero is negative
+    assert len(used) < len(before[0]) / 100
+    assert len(np.unique(used, axis=0)) == len(used)

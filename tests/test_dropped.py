@@ -13,6 +13,7 @@ from solids import Shape
 
 from bldsimp import _core
 from bldsimp.options import Options, Tolerance
+from bldsimp.pipeline import simplify_mesh
 from bldsimp.scene import Mesh, Part, Scene
 from bldsimp.simplified import simplify_scene
 
@@ -202,10 +203,10 @@ def test_two_halves_hold_what_neither_holds_alone() -> None:
     assert spare(left + across) == []
 
 
-def scene(*shapes: Shape, attributes: tuple[tuple[str, ...], ...] = ()) -> Scene:
+def scene(*shapes: Shape, fixed: tuple[tuple[str, ...], ...] = ()) -> Scene:
     """One mesh, each shape a part of it."""
     points, faces = solids.merged(*shapes)
-    parts = [Part(f"part {i}", attributes[i] if attributes else ()) for i in range(len(shapes))]
+    parts = [Part(f"part {i}", fixed=fixed[i] if fixed else ()) for i in range(len(shapes))]
     part = np.repeat(np.arange(len(shapes), dtype=np.int32), [len(f) for _, f in shapes])
     return Scene(None, "arrays", [Mesh("mesh", points, np.ascontiguousarray(faces, np.int32), part, parts)], 0)
 
@@ -247,12 +248,11 @@ def test_size_is_measured_in_world_space() -> None:
 
 
 def test_specks_of_parts_that_are_passed_on_stay_and_are_told() -> None:
-    given = scene(wall(), SPECK, solids.moved(SPECK, (0, 0, 3)), attributes=((), ("TEXCOORD_0",), ()))
+    given = scene(wall(), SPECK, solids.moved(SPECK, (0, 0, 3)), fixed=((), ("skin",), ()))
     (light,), report = simplify_scene(given, Options(min_part=0.2))
     assert sorted(set(light.part_of_face.tolist())) == [0, 1]
     assert [part.part for part in report.dropped] == ["part 2"]
     assert any("1 component smaller than 0.2 stays" in text for text in report.warnings)
-    assert len(simplify_scene(given, Options(min_part=0.2, drop_attributes=True))[1].dropped) == 2
 
 
 def test_copies_and_faces_without_area_go_with_their_speck() -> None:
@@ -264,7 +264,7 @@ def test_copies_and_faces_without_area_go_with_their_speck() -> None:
 
 
 def test_parts_passed_on_hold_others() -> None:
-    given = scene(sheet(), sheet(0.01), attributes=((), ("TEXCOORD_0",)))
+    given = scene(sheet(), sheet(0.01), fixed=((), ("skin",)))
     (light,), report = simplify_scene(given, Options(tolerance=Tolerance(0.05, "length")))
     assert light.part_of_face.tolist() == [1, 1]
     assert [part.part for part in report.dropped] == ["part 0"]
@@ -285,3 +285,13 @@ def test_every_combination_of_three_plates() -> None:
     for chosen in itertools.combinations(plates, 3):
         case = simplified(solids.welded(solids.merged(*chosen)), 0.3)
         assert well_done(case), chosen
+
+
+@pytest.mark.parametrize("one_sided", [False, True])
+def test_a_sheet_seen_from_one_side_stays_before_its_back(one_sided: bool) -> None:
+    front, back = solids.square(), solids.reversed_winding(solids.moved(solids.square(), (0, 0, 1e-3)))
+    shape = solids.merged(front, back)
+    mesh = Mesh("sign", *shape, np.repeat([0, 1], 2).astype(np.int32), [Part(n, (), (), one_sided) for n in "ab"])
+    outcome = simplify_mesh(mesh, 0.01)
+    assert len(outcome.dropped) == (0 if one_sided else 1)
+    assert len(outcome.light.faces) == (4 if one_sided else 2)

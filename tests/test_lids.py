@@ -147,3 +147,18 @@ def test_the_order_of_faces_does_not_matter() -> None:
     holed = solids.without_faces(mesh, *range(5, 300, 23))
     results = [simplified(one, 0.3)[0] for one in (holed, solids.shuffled(holed))]
     assert len({frozenset(judge.triangles(judge.surface(*one))) for one in results}) == 1
+
+
+def test_blocks_do_not_rely_on_lids() -> None:
+    """A large sheet is collapsed in blocks; the middles of its lids lie nearly a tolerance away from it."""
+    cells, every, size, tolerance = 120, 10, 3, 1.55
+    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0), indexing="ij")
+    z = 0.6 * tolerance * np.sin(x * 2 * np.pi / 23) * np.cos(y * 2 * np.pi / 23)
+    corner = np.arange(x.size).reshape(x.shape)
+    i, j = np.meshgrid(np.arange(cells), np.arange(cells), indexing="ij")
+    stays = (i % every >= size) | (j % every >= size)
+    a, b, c, d = (corner[i + k, j + n][stays] for k, n in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    _, report = simplified(solids.shape(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces), tolerance)
+    assert report.closed == 12 * 12 - 23  # those at the rim are no loops of their own
+    assert report.after.points < 1000

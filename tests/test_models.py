@@ -8,7 +8,7 @@ import judge
 import numpy as np
 import pytest
 
-from bldsimp import pipeline
+from bldsimp import collapsed
 from bldsimp.dropped import Dropped
 from bldsimp.io import SUFFIXES, read
 from bldsimp.options import Options, Tolerance
@@ -51,7 +51,7 @@ def lighter(mesh: Mesh, light: Light) -> Mesh:
 
 def judged(scene: Scene, tolerance: Tolerance) -> list[Mesh]:
     """Simplify a scene, have every mesh judged, and return the results."""
-    options = Options(tolerance=tolerance, drop_attributes=True)
+    options = Options(tolerance=tolerance, delimit=frozenset())
     lights, report = simplify_scene(scene, options)
     results = []
     for mesh, light in zip(scene.meshes, lights, strict=True):
@@ -82,7 +82,7 @@ def test_models_keep_every_promise(name: str, models: Path) -> None:
 @pytest.mark.parametrize("name", MODELS)
 def test_a_second_run_drops_next_to_nothing(name: str, tolerance: Tolerance, models: Path) -> None:
     scene = scene_of(models / name)
-    options = Options(tolerance=tolerance, drop_attributes=True)
+    options = Options(tolerance=tolerance, delimit=frozenset())
     lights, _ = simplify_scene(scene, options)
     scene.meshes = once = [lighter(mesh, light) for mesh, light in zip(scene.meshes, lights, strict=True)]
     lights, _ = simplify_scene(scene, options)
@@ -102,14 +102,14 @@ def nothing_spare(points: Points, faces: Faces, *_: object) -> tuple[Flags, list
 def test_models_keep_every_promise_at_a_rough_tolerance(
     name: str, models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "spare", nothing_spare)
+    monkeypatch.setattr(collapsed, "spare", nothing_spare)
     judged(scene_of(models / name), Tolerance(1.0, "percent"))
 
 
 @pytest.mark.parametrize("name", ROUGH)
 def test_models_stay_within_a_rough_tolerance_where_bodies_go(name: str, models: Path) -> None:
     scene = scene_of(models / name)
-    lights, report = simplify_scene(scene, Options(tolerance=Tolerance(1.0, "percent"), drop_attributes=True))
+    lights, report = simplify_scene(scene, Options(tolerance=Tolerance(1.0, "percent"), delimit=frozenset()))
     assert report.after.points <= report.before.points
     assert report.after.watertight or not report.before.watertight
     for mesh, light in zip(scene.meshes, lights, strict=True):

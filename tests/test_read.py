@@ -39,6 +39,10 @@ def scene_of(content: str | bytes, format_: str) -> Scene:
     return read(content.encode() if isinstance(content, str) else content, format_)
 
 
+def values_of(mesh: Mesh, name: str) -> np.ndarray:
+    return next(one.values for one in mesh.attributes if one.name == name)
+
+
 def area(mesh: Mesh) -> float:
     a, b, c = (mesh.points[mesh.faces[:, i]] for i in range(3))
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
@@ -136,26 +140,28 @@ class TestObj:
         )
         mesh = mesh_of(text, "obj")
         assert len(mesh.faces) == 3
-        assert mesh.parts[0].attributes == ("vt",)
+        assert mesh.parts[0].attributes == ("TEXCOORD_0",)
         assert mesh.normals is not None
         assert not mesh.normals[mesh.faces[0]].any()
         assert mesh.normals[mesh.faces[1]].tolist() == [[0, 0, 1]] * 3
 
-    def test_colours_are_an_attribute_even_where_they_are_no_numbers(self) -> None:
+    def test_colours_that_are_no_numbers_are_left_out_and_told(self) -> None:
         points, faces = box()
         text = "".join(
             line + (" 0.5 nan 1" if line.startswith("v ") else "") + "\n"
             for line in obj_text(points, faces).splitlines()
         )
-        mesh = mesh_of(text, "obj")
-        assert mesh.parts[0].attributes == ("colour",)
+        scene = scene_of(text, "obj")
+        mesh = scene.meshes[0]
+        assert mesh.parts[0].attributes == ()
+        assert scene.warnings == ["the colours of 8 OBJ points are no numbers: left out"]
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
 
     def test_short_normals_and_texture_coordinates_are_filled_up(self) -> None:
         mesh = mesh_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvn 0 1\nf 1/1/1 2/1/1 3/1/1\n", "obj")
         assert mesh.normals is not None
         assert mesh.normals.tolist() == [[0, 1, 0]] * 3
-        assert mesh.source.carried["TEXCOORD_0"].tolist() == [[0.5, 0]] * 3
+        assert values_of(mesh, "TEXCOORD_0").tolist() == [[0.5, 0]] * 3
 
     def test_lines_and_curves_are_told(self) -> None:
         scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nl 2 3\n", "obj")
@@ -177,10 +183,10 @@ class TestAttributes:
         body = "".join(f"{x} {y} {z} 0 0 1 255 0 {i}\n" for i, (x, y, z) in enumerate(points))
         body += "".join(f"3 {a} {b} {c}\n" for a, b, c in faces)
         mesh = mesh_of(head + body, "ply")
-        assert mesh.parts[0].attributes == ("red", "green", "blue")
+        assert mesh.parts[0].attributes == ("COLOR_0",)
         assert mesh.normals is not None
         assert mesh.normals.tolist() == [[0, 0, 1]] * 8
-        assert mesh.source.carried["COLOR_0"][3].tolist() == [1.0, 0.0, 3 / 255]
+        assert values_of(mesh, "COLOR_0")[3].tolist() == [1.0, 0.0, 3 / 255]
 
     def test_off_with_normals_and_with_colours(self) -> None:
         text = "NOFF # a comment\n\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n"
@@ -188,9 +194,9 @@ class TestAttributes:
         assert mesh.normals is not None
         assert mesh.parts[0].attributes == ()
         colored = mesh_of("COFF\n3 1 0\n0 0 0 9 9 9 255\n1 0 0 9 9 9 255\n0 1 0 9 9 9 255\n3 0 1 2\n", "off")
-        assert colored.parts[0].attributes == ("colour",)
+        assert colored.parts[0].attributes == ("COLOR_0",)
         faced = mesh_of("OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n", "off")
-        assert faced.parts[0].attributes == ("face colour",)
+        assert faced.parts[0].attributes == ("FACE_COLOR_0",)
 
     def test_stl_solids_are_parts_of_one_mesh(self) -> None:
         points, faces = box()

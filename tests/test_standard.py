@@ -19,7 +19,8 @@ from bldsimp.assembled import Layout
 from bldsimp.compare.standard import Conformity, StandardResult, standard_of, standard_surface
 from bldsimp.compare.surface import surface_of
 from bldsimp.options import Options, Tolerance
-from bldsimp.pipeline import Outcome, simplify_mesh
+from bldsimp.outcome import Outcome
+from bldsimp.pipeline import simplify_mesh
 from bldsimp.scene import Mesh, Part, Scene
 from bldsimp.simplified import simplify_meshes
 from bldsimp.triangulation import Statistics
@@ -304,7 +305,7 @@ def test_every_instance_of_a_mesh_is_there() -> None:
 def compared(path: Path, tolerance: Tolerance) -> None:
     """The standard method's points and edges beside the improved method's."""
     scene = scene_of(path)
-    options = Options(tolerance=tolerance, drop_attributes=True)
+    options = Options(tolerance=tolerance, delimit=frozenset())
     outcomes, _ = simplify_meshes(scene, options, with_layout=True)
     standard = standard_surface(scene, outcomes)
     improved = surface_of(scene, [outcome.light for outcome in outcomes])

@@ -10,6 +10,7 @@
 
 #include "bodies.hpp"
 #include "cdt.hpp"
+#include "charts.hpp"
 #include "collapse.hpp"
 #include "conform.hpp"
 #include "crossings.hpp"
@@ -112,11 +113,11 @@ void bind_mesh(nb::module_& m) {
       .def_ro("moved", &Welded::moved);
   m.def(
       "weld",
-      [](Points3 points, Faces3 faces, double distance) {
+      [](Points3 points, Faces3 faces, double distance, std::optional<Indices> layer) {
         nb::gil_scoped_release release;
-        return weld(rows<Vec3>(points), rows<Face>(faces), distance);
+        return weld(rows<Vec3>(points), rows<Face>(faces), distance, layer ? flat(*layer) : std::span<const Index>{});
       },
-      "points"_a, "faces"_a, "distance"_a);
+      "points"_a, "faces"_a, "distance"_a, "layer"_a = nb::none());
 
   m.def(
       "mark_used", [](Faces3 faces, std::size_t count) { return give<std::uint8_t>(mark_used(rows<Face>(faces), count)); },
@@ -226,6 +227,36 @@ void bind_mesh(nb::module_& m) {
       },
       "facets"_a);
   m.def("split_off", [](const Facets& all, Indices cut) { return split_off(all, flat(cut)); }, "facets"_a, "cut"_a);
+
+  nb::class_<Charts> charts(m, "Charts");
+  def_view<Index>(charts, "chart_of_face", &Charts::chart_of_face);
+  def_view<double>(charts, "maps", &Charts::maps);
+  def_view<double>(charts, "spans", &Charts::spans);
+  m.def(
+      "find_charts",
+      [](Points3 points, Faces3 faces, const Halfedges& h, Indices start, Indices order, const RowArrays& face_rows,
+         Indices part_of_face, In<double, nb::shape<-1, -1>> values, In<double, nb::shape<-1, -1>> steps,
+         Doubles limits) {
+        nb::gil_scoped_release release;
+        const Carried carried{{values.data(), values.size()}, {steps.data(), steps.size()}, flat(limits)};
+        return find_charts(rows<Vec3>(points), rows<Face>(faces), h.twin, flat(start), flat(order), seen(&face_rows),
+                           flat(part_of_face), carried);
+      },
+      "points"_a, "faces"_a, "halfedges"_a, "start"_a, "order"_a, "rows"_a, "part_of_face"_a, "values"_a, "steps"_a,
+      "limits"_a);
+  m.def(
+      "find_smooth",
+      [](Points3 points, Faces3 faces, const Halfedges& h, const RowArrays& face_rows, Points3 normals, double cosine,
+         double needle) {
+        Array<Index> set;
+        {
+          nb::gil_scoped_release release;
+          set = find_smooth(rows<Vec3>(points), rows<Face>(faces), h.twin, seen(&face_rows), rows<Vec3>(normals),
+                            cosine, needle);
+        }
+        return give<Index>(std::move(set));
+      },
+      "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "normals"_a, "cosine"_a, "needle"_a);
 
   nb::class_<Outlines> outlines(m, "Outlines");
   def_view<Index>(outlines, "chain_start", &Outlines::chain_start);
@@ -384,17 +415,17 @@ void bind_mesh(nb::module_& m) {
   m.def(
       "find_rows",
       [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,
-         Indices part_of_facet, Bytes kept) {
-        std::vector<Face> found;
+         Indices group_of_facet, Indices part_of_facet, Bytes unchanged, Bytes kept) {
+        FoundRows found;
         {
           nb::gil_scoped_release release;
-          found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces),
-                            seen(&face_rows), flat(facet_of_face), flat(part_of_facet), flat(kept));
+          found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces), seen(&face_rows),
+                            flat(facet_of_face), flat(group_of_facet), flat(part_of_facet), flat(unchanged), flat(kept));
         }
-        return give<Index>(std::move(found));
+        return std::tuple(give<Index>(std::move(found.rows)), give<Index>(std::move(found.foreign)));
       },
-      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "part_of_facet"_a,
-      "kept"_a);
+      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "group_of_facet"_a,
+      "part_of_facet"_a, "unchanged"_a, "kept"_a);
 }
 
 // Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.

@@ -147,10 +147,15 @@ void collapse_block(const CollapseInput& input, const Now& now, std::span<const 
         p = static_cast<Index>(std::lower_bound(block.points.begin(), block.points.end(), p) - block.points.begin());
   const auto points = taken<Vec3>(now.points, block.points);
   const auto sources = taken<Index>(now.source, block.members);
+  std::vector<Face> surface;
+  for (std::size_t i = 0; i < faces.size(); ++i)
+    if (!input.is_lid(sources[i])) surface.push_back(faces[i]);
+  block.stays = surface.empty();
+  if (block.stays) return;
   const auto label = taken(input.label, sources);
   const auto pinned = taken(input.pinned, sources);
   const auto stays = taken(shared, block.points);
-  block.result = Collapser({points, faces, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
+  block.result = Collapser({points, surface, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
                             input.decimals, input.single, input.progress})
                      .run();
 }
@@ -232,7 +237,7 @@ void collapse_blocks(const CollapseInput& input, Now& now, Collapsed& total) {
 
 Collapsed collapse(const CollapseInput& input) {
   Now now = whole(input);
-  const auto surface = input.surface.first(input.surface.size() - static_cast<std::size_t>(input.lids));
+  const auto surface = input.counting();
   const std::vector<Face> bounded = now.faces;
   const auto bounded_label = taken<Index>(input.label, now.source);
   const bool same = bounded.size() == surface.size() && input.lids == 0;

@@ -29,6 +29,10 @@ struct CollapseInput {
   int decimals;                             // that a moved point is rounded to; below 0 none moves
   bool single;                              // whether a moved point is rounded to single precision after that
   Progress* progress;                       // or none
+
+  // What the tolerance counts from.
+  std::span<const Face> counting() const { return surface.first(surface.size() - static_cast<std::size_t>(lids)); }
+  bool is_lid(Index face) const { return static_cast<std::size_t>(face) >= counting().size(); }
 };
 
 struct Collapsed {

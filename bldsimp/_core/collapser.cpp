@@ -363,9 +363,10 @@ std::vector<Index> Collapser::holders() const {
   return found;
 }
 
-// The distances at corners and middles tell how little there is no need to look at closely.
+// The distances at corners and middles tell how little there is no need to look at closely. What the standing proof
+// holds to the limit is no farther, however long it would take to tell.
 static double farthest(std::span<const Vec3> points, std::span<const Face> faces, const FaceTree& other,
-                       double precision) {
+                       double precision, double limit) {
   std::vector<Vec3> some;
   for (const auto& [a, b, c] : faces)
     some.insert(some.end(), {points[a], (1.0 / 3) * (points[a] + points[b] + points[c])});
@@ -376,7 +377,9 @@ static double farthest(std::span<const Vec3> points, std::span<const Face> faces
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
           const auto& [a, b, c] = faces[f];
-          reach[f] = other.reach({points[a], points[b], points[c]}, least + precision, precision);
+          const std::array<Vec3, 3> own{points[a], points[b], points[c]};
+          reach[f] = other.reach(own, least + precision, precision);
+          if (reach[f] > limit && other.holds(own, limit)) reach[f] = limit;
         }
       },
       64);
@@ -397,10 +400,10 @@ double Collapser::deviation(const Collapsed& result) const {
     std::copy_if(border.begin(), border.end(), std::back_inserter(near), [&](const Face& edge) {
       return other.holds({points[edge[0]], points[edge[1]], points[edge[2]]}, limit_);
     });
-    return farthest(points, near, other, precision);
+    return farthest(points, near, other, precision, limit_);
   };
-  return std::max({farthest(origin_, input_.surface, FaceTree(points_, faces), precision),
-                   farthest(points_, faces, *tree_, precision),
+  return std::max({farthest(origin_, input_.surface, FaceTree(points_, faces), precision, limit_),
+                   farthest(points_, faces, *tree_, precision, limit_),
                    held(origin_, rims_[0], FaceTree(points_, rim)), held(points_, rim, *edge_tree_[0])});
 }
 

@@ -18,8 +18,15 @@ constexpr std::size_t kLeastBlocks = 4;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// Halves of one triangle: far more than any but a made-up case needs. What is left then counts as it is.
-constexpr int kMostHalves = 1000000;
+// Pieces of one triangle: more than any but a made-up case needs. What is left then counts as it is.
+constexpr std::size_t kMostPieces = 1 << 16;
+
+// A piece of a triangle, and how far any point of it is at most.
+struct Piece {
+  double most;
+  std::array<Vec3, 3> corners;
+  bool operator<(const Piece& o) const { return most < o.most; }
+};
 
 std::vector<Index> all(std::size_t count) {
   std::vector<Index> members(count);
@@ -72,26 +79,35 @@ bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
   return found;
 }
 
-// The distance to one face is greatest at a corner; a triangle whose corners do not tell enough is halved.
+// The distance to one face is greatest at a corner, and no point is farther than another and the way there. The
+// farthest piece is halved first, so that what is left is a bound whenever one stops.
 double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const {
   if (triangles_.empty()) return kFar;
   Index nearest = 0;
-  int halves = 0;
-  double bound = 0, least = 0;  // of the greatest distance
-  std::vector<std::array<Vec3, 3>> left{triangle};
-  while (!left.empty()) {
-    const auto now = left.back();
-    const auto& [a, b, c] = now;
-    left.pop_back();
-    least = std::max(least, distance((1.0 / 3) * (a + b + c), nearest));
-    const double most = std::max({to_face(a, nearest), to_face(b, nearest), to_face(c, nearest)});
-    if (most <= std::max(enough, least + precision) || ++halves > kMostHalves) {
-      bound = std::max(bound, most);
-      continue;
+  double least = 0;  // that the greatest distance is
+  const auto piece = [&](const std::array<Vec3, 3>& corners) {
+    const auto& [a, b, c] = corners;
+    const Vec3 middle = (1.0 / 3) * (a + b + c);
+    const double at_middle = distance(middle, nearest);
+    least = std::max(least, at_middle);
+    double to_one = 0, way = 0;
+    for (const Vec3& p : corners) {
+      to_one = std::max(to_one, to_face(p, nearest));
+      way = std::max(way, length(p - middle));
     }
-    for (const auto& half : halved(now)) left.push_back(half);
+    return Piece{std::min(to_one, at_middle + way), corners};
+  };
+  std::vector<Piece> left{piece(triangle)};  // a heap
+  while (left.front().most > std::max(enough, least + precision) && left.size() < kMostPieces) {
+    std::pop_heap(left.begin(), left.end());
+    const auto farthest = left.back().corners;
+    left.pop_back();
+    for (const auto& half : halved(farthest)) {
+      left.push_back(piece(half));
+      std::push_heap(left.begin(), left.end());
+    }
   }
-  return bound;
+  return left.front().most;
 }
 
 FaceTree::Held FaceTree::held(const std::array<Vec3, 3>& piece, double longest, double limit, Index& place) const {

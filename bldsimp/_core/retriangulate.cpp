@@ -6,6 +6,7 @@
 
 #include "cdt.hpp"
 #include "distances.hpp"
+#include "double_word.hpp"
 #include "parallel.hpp"
 #include "projection.hpp"
 #include "runs.hpp"
@@ -187,16 +188,19 @@ class Retriangulator {
   }
 
   bool area_agrees(Index facet, const Projection& projection) const {
-    double before = 0, after = 0, absolute = 0, moved = 0;
+    // A plain sum over a million faces would be off by more than the rounding that is allowed.
+    DoubleWord before{0, 0}, after{0, 0};
+    double absolute = 0, moved = 0;
     const auto at = [&](Index p) { return parts_.points[p]; };
     for (const Index f : faces_of(facet)) {
       const Face face = own_winding(facet, parts_.faces[f]);
       const double area = projection.twice_area(at(face[0]), at(face[1]), at(face[2]));
-      before += area;
+      before = before + DoubleWord{area, 0};
       absolute += std::abs(area);
     }
     for (const auto& t : triangulator_.triangles())
-      after += projection.twice_area(at(point_of_local_[t[0]]), at(point_of_local_[t[1]]), at(point_of_local_[t[2]]));
+      after = after + DoubleWord{projection.twice_area(at(point_of_local_[t[0]]), at(point_of_local_[t[1]]),
+                                                       at(point_of_local_[t[2]])), 0};
     double extent = 0;
     for (const Index i : piece_of_segment_) {
       const Piece& piece = parts_.pieces[i];
@@ -205,7 +209,7 @@ class Retriangulator {
       moved += 2 * piece.deviation * (run + 2 * piece.deviation);
     }
     const double rounding = 1e-12 * (absolute + extent * extent);
-    return std::abs(after - before) <= moved + rounding;
+    return std::abs((after - before).high) <= moved + rounding;
   }
 
   // What the outline winds round, other faces cover; a needle that does not face as the facet does (any, in a facet

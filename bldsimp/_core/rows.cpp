@@ -1,14 +1,51 @@
 #include "rows.hpp"
 
 #include <algorithm>
+#include <compare>
 #include <unordered_map>
 
 namespace bldsimp {
+namespace {
 
-std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                            std::span<const Face> faces, const Rows& rows,
-                            std::span<const Index> facet_of_face, std::span<const Index> part_of_facet,
-                            std::span<const std::uint8_t> kept) {
+// The faces of unchanged facets, by their facets and points.
+class UnchangedFaces {
+ public:
+  UnchangedFaces(std::span<const Face> faces, std::span<const Index> facet_of_face,
+                 std::span<const std::uint8_t> unchanged) {
+    for (std::size_t f = 0; f < faces.size(); ++f)
+      if (unchanged[facet_of_face[f]]) sorted_.push_back({facet_of_face[f], least_first(faces[f]), static_cast<Index>(f)});
+    std::sort(sorted_.begin(), sorted_.end());
+  }
+
+  // -1 where there is none.
+  Index find(Index facet, const Face& triangle) const {
+    const Entry wanted{facet, least_first(triangle), 0};
+    const auto at = std::lower_bound(sorted_.begin(), sorted_.end(), wanted);
+    return at != sorted_.end() && at->facet == facet && at->points == wanted.points ? at->face : -1;
+  }
+
+ private:
+  struct Entry {
+    Index facet;
+    Face points;
+    Index face;
+    auto operator<=>(const Entry&) const = default;
+  };
+
+  static Face least_first(Face face) {
+    std::rotate(face.begin(), std::min_element(face.begin(), face.end()), face.end());
+    return face;
+  }
+
+  std::vector<Entry> sorted_;
+};
+
+}  // namespace
+
+FoundRows find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
+                    std::span<const Face> faces, const Rows& rows, std::span<const Index> facet_of_face,
+                    std::span<const Index> group_of_facet, std::span<const Index> part_of_facet,
+                    std::span<const std::uint8_t> unchanged, std::span<const std::uint8_t> kept) {
   const auto key = [](Index facet, Index point) {
     return static_cast<std::uint64_t>(facet) << 32 | static_cast<std::uint32_t>(point);
   };
@@ -26,19 +63,33 @@ std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Ind
     return least;
   };
   const auto of_facet = least_by([&](std::size_t f) { return facet_of_face[f]; });
-  std::unordered_map<std::uint64_t, Index> of_part;
-  std::vector<Face> result(triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t)
+  std::unordered_map<std::uint64_t, Index> of_group, of_part;
+  FoundRows found{std::vector<Face>(triangles.size()), {}};
+  const UnchangedFaces own(faces, facet_of_face, unchanged);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const Index facet = facet_of_triangle[t], same = unchanged[facet] ? own.find(facet, triangles[t]) : -1;
     for (int i = 0; i < 3; ++i) {
-      const Index facet = facet_of_triangle[t], point = triangles[t][i];
+      const Index point = triangles[t][i];
+      Index& row = found.rows[t][i];
+      if (same >= 0) {
+        row = rows.at(same, point);
+        continue;
+      }
       if (const auto at = of_facet.find(key(facet, point)); at != of_facet.end()) {
-        result[t][i] = at->second;
+        row = at->second;
+        continue;
+      }
+      if (of_group.empty()) of_group = least_by([&](std::size_t f) { return group_of_facet[facet_of_face[f]]; });
+      if (const auto at = of_group.find(key(group_of_facet[facet], point)); at != of_group.end()) {
+        row = at->second;
         continue;
       }
       if (of_part.empty()) of_part = least_by([&](std::size_t f) { return part_of_facet[facet_of_face[f]]; });
-      result[t][i] = of_part.at(key(part_of_facet[facet], point));
+      row = of_part.at(key(part_of_facet[facet], point));
+      found.foreign.push_back(static_cast<Index>(3 * t + i));
     }
-  return result;
+  }
+  return found;
 }
 
 }  // namespace bldsimp

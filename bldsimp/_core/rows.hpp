@@ -28,12 +28,19 @@ struct Rows {
   }
 };
 
-// For each corner of `triangles` the least input row at that point that a face of the same facet uses, or of the
-// same part where none of the facet does. Every triangle's points are points of its part's faces.
-// O(faces + triangles).
-std::vector<Face> find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                            std::span<const Face> faces, const Rows& rows,
-                            std::span<const Index> facet_of_face, std::span<const Index> part_of_facet,
-                            std::span<const std::uint8_t> kept);
+// Rows of corners, and the corners (three times the triangle, plus 0 to 2) whose rows are another group's.
+struct FoundRows {
+  std::vector<Face> rows;
+  std::vector<Index> foreign;
+};
+
+// Triangles of facets that are `unchanged` are faces of them, and keep the rows of those. For each corner of the others
+// the least input row at that point that a face of the same facet uses, or of the
+// same group of facets where none of the facet does, or of the same part. Every triangle's points are points of its
+// part's faces. O(faces + triangles).
+FoundRows find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
+                    std::span<const Face> faces, const Rows& rows, std::span<const Index> facet_of_face,
+                    std::span<const Index> group_of_facet, std::span<const Index> part_of_facet,
+                    std::span<const std::uint8_t> unchanged, std::span<const std::uint8_t> kept);
 
 }  // namespace bldsimp

@@ -237,16 +237,20 @@ Face rows_at(const Face& face, const Face& input, std::span<const Index> point_o
   return rows;
 }
 
-// Copies stand side by side; of those the one with the least rows stays, whatever the order of the file.
-void lay_faces(std::span<const Face> input, Welded& welded) {
+// Copies stand side by side; of those of a layer the one with the least rows stays, whatever the order of the file.
+void lay_faces(std::span<const Face> input, std::span<const Index> layer, Welded& welded) {
   Array<Index>& class_of_row = welded.class_of_row;
   const Array<SortedFace> sorted = sort_faces(input, welded.point_of_row, welded.points.size());
+  const auto layer_of = [&](Index source) { return layer.empty() ? 0 : layer[source]; };
   welded.faces.reserve(sorted.size());
   welded.source.reserve(sorted.size());
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
+  for (std::size_t i = 0, run = 0; i < sorted.size(); ++i) {
     const Face face = sorted[i].face();
     const Index source = sorted[i].source();
-    if (i == 0 || !sorted[i].is_copy_of(sorted[i - 1])) {
+    if (i == 0 || !sorted[i].is_copy_of(sorted[i - 1])) run = welded.faces.size();
+    const auto copy = std::find_if(welded.source.begin() + run, welded.source.end(),
+                                   [&](Index other) { return layer_of(other) == layer_of(source); });
+    if (copy == welded.source.end()) {
       welded.faces.push_back(face);
       welded.source.push_back(source);
       continue;
@@ -256,9 +260,9 @@ void lay_faces(std::span<const Face> input, Welded& welded) {
       std::iota(class_of_row.begin(), class_of_row.end(), 0);
     }
     const Face rows = rows_at(face, input[source], welded.point_of_row);
-    const Face least = rows_at(face, input[welded.source.back()], welded.point_of_row);
+    const Face least = rows_at(face, input[*copy], welded.point_of_row);
     unite(rows, least, class_of_row);
-    if (rows < least) welded.source.back() = source;
+    if (rows < least) *copy = source;
   }
   // Roots come before what they lead to.
   for (Index& row : class_of_row) row = class_of_row[row];
@@ -275,7 +279,7 @@ Array<std::uint8_t> mark_used(std::span<const Face> faces, std::size_t count) {
   return used;
 }
 
-Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance) {
+Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance, std::span<const Index> layer) {
   Welded welded;
   Array<Index>& point_of_row = welded.point_of_row;
   find_first_rows(rows, faces, point_of_row);
@@ -296,7 +300,7 @@ Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double dist
   for (Index& row : point_of_row)
     if (row >= 0) row = point_at[row];
 
-  lay_faces(faces, welded);
+  lay_faces(faces, layer, welded);
   return welded;
 }
 

@@ -25,7 +25,8 @@ struct Welded {
 Array<std::uint8_t> mark_used(std::span<const Face> faces, std::size_t count);
 
 // Points nearer than `distance` to an earlier point (in lexicographic order) become that point; with
-// 0, only equal points are one. Rows of `faces` must be in range and finite. O(n log n).
-Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance);
+// 0, only equal points are one. Rows of `faces` must be in range and finite. Faces copy one another only if they are
+// of the same layer (all are where it is empty). O(n log n).
+Welded weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance, std::span<const Index> layer);
 
 }  // namespace bldsimp

@@ -6,12 +6,15 @@ from collections.abc import Callable
 from typing import Any
 
 from ..errors import UsageError
-from ..options import Options, parse_length, parse_tolerance
+from ..options import Options, parse_delimit, parse_length, parse_tolerance
 
 _PARSERS: dict[str, Callable[[str], Any]] = {
     "tolerance": parse_tolerance,
     "weld": parse_length,
     "min_part": parse_length,
+    "crease_angle": parse_length,
+    "delimit": parse_delimit,
+    "texture_tolerance": parse_length,
 }
 
 

@@ -13,7 +13,7 @@ import click
 
 from .. import __version__
 from ..errors import UsageError
-from ..options import NORMALS, Options
+from ..options import CREASE_DEGREES, DELIMITS, NORMALS, TEXTURE_TOLERANCE, Options
 from .batch import batch, take_options
 from .chosen import chosen
 from .compare import compare
@@ -73,13 +73,29 @@ def bldsimp() -> None:
     "--normals",
     type=click.Choice(NORMALS),
     default="auto",
-    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own."
-    "  [default: auto]",
+    help="Vertex normals of the result; 'auto' keeps the input's unless they are the faces' own, 'smooth' makes them"
+    " anew.  [default: auto]",
 )
 @click.option(
-    "--drop-attributes",
-    is_flag=True,
-    help="Simplify textured and coloured parts too, and drop what they carry.",
+    "--crease-angle",
+    default=f"{CREASE_DEGREES:g}",
+    metavar="DEGREES",
+    help=f"Edges that turn by more are hard where --normals smooth makes normals.  [default: {CREASE_DEGREES:g}]",
+)
+@click.option(
+    "--delimit",
+    default="all",
+    metavar="WORDS",
+    help=f"What facets may not cross, with commas between: {', '.join(DELIMITS)} (hard edges of stored normals). UV,"
+    " colours, and ids and labels (feature) that they may cross are dropped; 'none' is for geometry alone."
+    "  [default: all]",
+)
+@click.option(
+    "--texture-tolerance",
+    default=f"{TEXTURE_TOLERANCE:g}",
+    metavar="TEXELS",
+    help="How far a texture may move on its wall, in texels of the largest image of its material."
+    f"  [default: {TEXTURE_TOLERANCE:g}]",
 )
 @click.option("--report", metavar="FILE.json", help="Also write what was done as JSON; '-' is standard output.")
 @click.option(
@@ -100,7 +116,9 @@ def simplify(
     min_part: str,
     allow_close: bool,
     normals: str,
-    drop_attributes: bool,
+    crease_angle: str,
+    delimit: str,
+    texture_tolerance: str,
     report: str | None,
     baseline: bool,
     from_: str | None,
@@ -121,7 +139,9 @@ def simplify(
         min_part=min_part,
         allow_close=allow_close,
         normals=normals,
-        drop_attributes=drop_attributes,
+        crease_angle=crease_angle,
+        delimit=delimit,
+        texture_tolerance=texture_tolerance,
         baseline=baseline,
     )
     read_from = endpoint_in(source, from_)

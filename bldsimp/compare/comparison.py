@@ -88,7 +88,7 @@ def compare_file(
         lengths = {text: resolve_tolerance(scene, tolerance) for text, tolerance in wanted.items()}
         rows = []
         for text, length in lengths.items():
-            for row in contest.rows(text, Options(tolerance=wanted[text], drop_attributes=True), length):
+            for row in contest.rows(text, Options(tolerance=wanted[text], delimit=frozenset({"material"})), length):
                 rows.append(row)
                 tick()
     except InternalError:

@@ -9,7 +9,7 @@ from enum import IntEnum
 import numpy as np
 
 from .. import _core
-from ..pipeline import Outcome
+from ..outcome import Outcome
 from ..scene import Faces, Points, Scene
 from ..triangulation import Statistics
 from .surface import Surface, placed_surface

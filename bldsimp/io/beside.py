@@ -5,19 +5,23 @@ from __future__ import annotations
 import base64
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
 
-from ..options import Options
-from ..scene import Scene
+import numpy as np
+
+from ..scene import Part, Scene
 from .folder import beneath
 from .gltf import Document, data_uri
 from .gltf_body import pack_views
+from .obj import ObjFormat
 from .sheet import Sheet
-from .surface import Material, Stored
+from .surface import Material, material_of
 
-_MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp"}
+_MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp", b"\xabKTX 20": "image/ktx2"}
+_SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/ktx2": "ktx2"}
 
 
 def media_type(data: bytes) -> str:
@@ -34,28 +38,29 @@ def _missing(kind: str, name: str) -> str:
 def copies(
     json_: dict[str, Any], source: Path | None, target: Path, warnings: list[str]
 ) -> dict[Path, bytes]:
-    """Images that a document names, for the folder that it moves to.
+    """Images and buffers that a document names, for the folder that it moves to.
 
     A reference out of the folder is made relative to the new one instead.
     """
     if source is None or source.parent.resolve() == target.parent.resolve():
         return {}
     found: dict[Path, bytes] = {}
-    for image in json_.get("images", []):
-        uri = image.get("uri", "")
+    named = [("image", entry) for entry in json_.get("images", [])]
+    for kind, entry in [*named, *(("buffer", entry) for entry in json_.get("buffers", []))]:
+        uri = entry.get("uri", "")
         if not uri or uri.startswith("data:") or "://" in uri:
             continue
         name = Path(unquote(uri))
         path = beneath(source.parent, unquote(uri))
         if name.is_absolute() or ".." in name.parts:
-            image["uri"] = quote(Path(os.path.relpath(source.parent / name, target.parent)).as_posix())
+            entry["uri"] = quote(Path(os.path.relpath(source.parent / name, target.parent)).as_posix())
         elif path is None:
-            warnings.append(_missing("image", unquote(uri)))
+            warnings.append(_missing(kind, unquote(uri)))
         elif (target.parent / name).parent.is_dir() or name.parent == Path():
             found[target.parent / name] = path.read_bytes()
         else:
             found[target.parent / name.name] = path.read_bytes()
-            image["uri"] = quote(name.name)
+            entry["uri"] = quote(name.name)
     return found
 
 
@@ -97,30 +102,13 @@ def embedded_images(
     return joined
 
 
-def obj_pictures(scene: Scene, options: Options, warnings: list[str]) -> dict[str, tuple[str, bytes]]:
-    """Media type and bytes of the textures of parts that are passed on."""
-    found: dict[str, tuple[str, bytes]] = {}
-    for mesh in scene.meshes:
-        for part in mesh.parts:
-            texture = getattr(getattr(part.source, "material", part.source), "texture", None)
-            if not texture or texture in found or not part.passed_on(options):
-                continue
-            path = beneath(scene.path and scene.path.parent, texture)
-            if path is None:
-                warnings.append(_missing("texture", texture))
-                continue
-            data = path.read_bytes()
-            found[texture] = media_type(data), data
-    return found
-
-
 class Pictured:
-    """The material library of an OBJ file and the textures that it names.
+    """Textures and material libraries of a result, to be written beside it or put inside.
 
     Attributes
     ----------
     files : dict of Path to bytes
-        To be written beside the OBJ file.
+        To be written beside the main file; what is there already is the same.
     """
 
     def __init__(self, scene: Scene, main: Path, warnings: list[str]) -> None:
@@ -129,64 +117,101 @@ class Pictured:
         self.warnings = warnings
         self.files: dict[Path, bytes] = {}
 
-    def libraries(self, sheets: list[Sheet], text: Callable[[list[Material]], str]) -> list[str]:
-        """Names of the libraries to write into the OBJ file; fills `files`."""
+    def inside(self) -> dict[str, tuple[str, bytes]]:
+        """Media type and bytes of each colour texture of the scene."""
+        found: dict[str, tuple[str, bytes]] = {}
+        for material in _materials([part for mesh in self.scene.meshes for part in mesh.parts]):
+            if material.texture and material.texture not in found:
+                image = self._image(material.texture, material)
+                if image is not None:
+                    found[material.texture] = media_type(image[1]), image[1]
+        return found
+
+    def libraries(
+        self, sheets: list[Sheet], text: Callable[[list[Material]], str]
+    ) -> tuple[list[str], dict[Material, str]]:
+        """Material libraries to name in an OBJ file, and what they call each material; fills `files`."""
         stored = self.scene.meshes[0].source
-        if isinstance(stored, Stored) and isinstance(stored.format, list):
-            self._copy_libraries(stored.format)
-            return [str(name) for name in stored.format]
-        materials: dict[str, Material] = {}
-        for one in sheets:
-            for part, kept in zip(one.parts, one.kept, strict=True):
-                material = getattr(part.source, "material", part.source)
-                if isinstance(material, Material):
-                    name = " ".join(material.name.split())
-                    texture = self._texture(material) if kept else None
-                    materials.setdefault(name, Material(name, material.color, texture))
-        if not materials:
-            return []
+        if isinstance(stored, ObjFormat):
+            for name in [*stored.libraries, *stored.textures]:
+                self._copy(name)
+            return list(stored.libraries), {}
+        names: dict[Material, str] = {}
+        for material in _materials(_shown(sheets)):
+            # Two materials may have one name in other formats.
+            own, count = " ".join(material.name.split()), 1
+            while own in names.values():
+                count += 1
+                own = f"{' '.join(material.name.split())}_{count}"
+            names[material] = own
+        if not names:
+            return [], {}
         library = self.main.with_suffix(".mtl")
-        self.files[library] = text(list(materials.values())).encode("utf-8")
-        return [library.name]
+        written = [self._beside(material, name) for material, name in names.items()]
+        self.files[library] = text(written).encode("utf-8", "surrogateescape")
+        return [library.name], names
 
-    def _copy_libraries(self, names: list[str]) -> None:
-        """Take libraries and textures along to another folder."""
-        source = self.scene.path
-        if source is None or source.parent.resolve() == self.main.parent.resolve():
-            return
-        textures = {
-            part.source.material.texture
-            for mesh in self.scene.meshes
-            for part in mesh.parts
-            if part.attributes and part.source.material and part.source.material.texture
-        }
-        for name in [*names, *sorted(textures)]:
-            path, found = Path(name.replace("\\", "/")), beneath(source.parent, name)
-            if path.is_absolute() or ".." in path.parts or found is None:
-                self.warnings.append(f"'{name}' is named by the input but not found beside it, nor copied")
-            elif not (self.main.parent / path).parent.is_dir():
-                self.warnings.append(f"'{name}' was not copied: its folder is missing beside the output")
-            else:
-                self.files[self.main.parent / path] = found.read_bytes()
+    def textures(self, sheets: list[Sheet]) -> dict[str, str]:
+        """File names of the colour textures of a result; fills `files`."""
+        found: dict[str, str] = {}
+        for one in sheets:
+            if one.values("TEXCOORD_0") is not None:
+                for material in _materials(_shown([one])):
+                    name = self._put(material.texture, material) if material.texture not in found else None
+                    if material.texture and name:
+                        found[material.texture] = name
+        return found
 
-    def _texture(self, material: Material) -> str | None:
-        """Write an image of a glTF document beside the OBJ file."""
-        document = self.scene.source
-        if material.texture is None or not isinstance(document, Document):
-            return None
-        image = document.items("images")[int(material.texture)]
-        uri = image.get("uri", "")
-        if uri and not uri.startswith("data:"):
-            path = beneath(self.scene.path and self.scene.path.parent, unquote(uri))
-            if path is None:
-                self.warnings.append(_missing("image", unquote(uri)))
-                return None
-            data, name = path.read_bytes(), path.name
+    def _copy(self, name: str) -> None:
+        """Take a file along under its own name."""
+        path = Path(name.replace("\\", "/"))
+        found = beneath(self.scene.path and self.scene.path.parent, name)
+        if found is None:
+            self.warnings.append(f"'{name}' is named by the input but not found beside it, nor copied")
         else:
-            data = data_uri(uri) if uri else document.view(image["bufferView"])
-            suffix = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp"}.get(
-                media_type(data), "bin"
-            )
-            name = f"{self.main.stem}_{material.texture}.{suffix}"
-        self.files[self.main.with_name(name)] = data
-        return name
+            self.files[self.main.parent / path] = found.read_bytes()
+
+    def _image(self, name: str, material: Material) -> tuple[str, bytes] | None:
+        """A name for the file of a texture, and its bytes as they are stored; tells where there is none."""
+        if material.image is not None and name == material.texture:
+            return name, material.image
+        folder = self.scene.path and self.scene.path.parent
+        uri = name
+        if isinstance(self.scene.source, Document):
+            image = self.scene.source.items("images")[int(name)]
+            uri = unquote(image.get("uri", ""))
+            if not uri or uri.startswith("data:"):
+                data = data_uri(image["uri"]) if uri else self.scene.source.view(image["bufferView"])
+                return f"{self.main.stem}_{name}.{_SUFFIXES.get(media_type(data), 'bin')}", data
+        path = beneath(folder, uri)
+        if path is None:
+            self.warnings.append(_missing("texture", uri))
+            return None
+        return uri.replace("\\", "/"), path.read_bytes()
+
+    def _put(self, name: str | None, material: Material) -> str | None:
+        """Write a texture beside the result; its name there."""
+        found = self._image(name, material) if name else None
+        if found is None:
+            return None
+        own, data = found
+        while self.files.get(self.main.parent / own, data) != data:
+            own = f"{self.main.stem}_{own}"
+        self.files[self.main.parent / own] = data
+        return own
+
+    def _beside(self, material: Material, name: str) -> Material:
+        """A material whose textures are files beside the result."""
+        texture = self._put(material.texture, material)
+        others = [(key, self._put(other, material)) for key, other in material.others]
+        return replace(material, name=name, texture=texture, others=tuple((k, v) for k, v in others if v))
+
+
+def _shown(sheets: list[Sheet]) -> list[Part]:
+    """Parts that have faces."""
+    return [one.parts[number] for one in sheets for number in np.unique(one.part)]
+
+
+def _materials(parts: list[Part]) -> list[Material]:
+    """Materials of parts, each once."""
+    return list(dict.fromkeys(one for one in map(material_of, parts) if one is not None))

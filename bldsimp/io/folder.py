@@ -31,10 +31,14 @@ class Folder:
 
     def __call__(self, name: str) -> bytes | None:
         """The bytes of a file, or None where there is none to be read."""
+        data = self.picture(name)
+        self.size += len(data or b"")
+        return data
+
+    def picture(self, name: str) -> bytes | None:
+        """The bytes of an image, which do not count."""
         path = beneath(self.path, name)
         if path is None:
             return None
-        data = path.read_bytes()
-        self.size += len(data)
         self.names.append(os.path.relpath(path, self.path))
-        return data
+        return path.read_bytes()

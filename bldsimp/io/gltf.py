@@ -22,12 +22,9 @@ COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: 
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 FLOAT = 5126
 
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+
 _MAGIC, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942
-_PACKED = {
-    "KHR_draco_mesh_compression": "Draco",
-    "EXT_meshopt_compression": "meshopt",
-    "KHR_meshopt_compression": "meshopt",
-}
 
 
 ARRAYS = (
@@ -51,12 +48,15 @@ class Document:
         Chunks of a GLB beside JSON and BIN.
     embedded : bool
         Every buffer is a data URI.
+    unpacked : tuple of str
+        Extensions by which the file was compressed; the document is what it stands for.
     """
 
     json: dict[str, Any]
     buffers: list[bytes]
     chunks: list[tuple[int, bytes]]
     embedded: bool = False
+    unpacked: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for key in ARRAYS:
@@ -141,8 +141,6 @@ class Document:
 
     def _strided(self, index: int, offset: int, kind: np.dtype[Any], shape: tuple[int, int]) -> NDArray[Any]:
         view = self._item("bufferViews", index)
-        for extension in view.get("extensions", {}):
-            refuse_packed(extension)
         count, width = shape
         element = kind.itemsize * width
         stride = view.get("byteStride", element)
@@ -175,15 +173,6 @@ class Document:
         if not isinstance(index, int) or not 0 <= index < len(items):
             raise InputError(f"glTF {key} has no entry {index}: the file is damaged")
         return items[index]
-
-
-def refuse_packed(extension: str) -> None:
-    """Refuse compressed geometry, and say what to do."""
-    if extension in _PACKED:
-        raise InputError(
-            f"the glTF file is compressed ({_PACKED[extension]}, {extension}):"
-            " decompress it first, for example with 'gltf-transform copy IN OUT'"
-        )
 
 
 def parse_gltf(data: bytes, beside: Beside) -> Document:
@@ -255,9 +244,9 @@ def _buffer(entry: dict[str, Any], number: int, binary: bytes | None, beside: Be
     if not uri:
         if number == 0 and binary is not None:
             found: bytes | None = binary
-        elif any(key in _PACKED for key in entry.get("extensions", {})):
-            refuse_packed(next(key for key in entry["extensions"] if key in _PACKED))
-            found = None
+        elif any(key in MESHOPT for key in entry.get("extensions", {})):
+            # A place to unpack to, without data of its own.
+            return b""
         else:
             raise InputError(
                 f"glTF buffer {number} has neither a URI nor a binary chunk: the file is damaged"
@@ -271,6 +260,15 @@ def _buffer(entry: dict[str, Any], number: int, binary: bytes | None, beside: Be
             f"glTF buffer {number} has {len(found):,} of its {entry['byteLength']:,} bytes: it is truncated"
         )
     return found
+
+
+def image_bytes(document: Document, index: int, beside: Beside) -> bytes | None:
+    """The bytes of an image, or None where there are none to be had."""
+    image = document.items("images")[index]
+    uri = image.get("uri", "")
+    if "bufferView" in image:
+        return document.view(image["bufferView"])
+    return data_uri(uri) if uri.startswith("data:") else beside(unquote(uri))
 
 
 def data_uri(uri: str) -> bytes:

@@ -15,8 +15,8 @@ from ..scene import Faces, Light, Mesh, Points, Scene
 from ..tolerance import placed, scale
 from .gltf_body import Body, pack_views, view_json
 from .rounding import best_origin, counts_in_single, fallen_together, single_rounding
-from .sheet import Sheet, sheet
-from .surface import Material, shown
+from .sheet import Sheet, sheet, spread
+from .surface import Material, material_of, shown
 
 
 @dataclass
@@ -72,7 +72,7 @@ def new_document(
     for mesh, light in zip(scene.meshes, lights, strict=True):
         if not len(light.faces):
             continue
-        one = sheet(mesh, light, options, polygonal=False)
+        one = spread(sheet(mesh, light, options))
         origin = best_origin(one.points)
         made.rounding = max(made.rounding, scale(mesh) * single_rounding(one.points, origin))
         if not math.isfinite(made.rounding):
@@ -139,12 +139,12 @@ def _add_mesh(
     if one.name:
         entry["name"] = one.name
     vertices = 0
-    plain = [i for i in range(len(one.parts)) if not one.kept[i]]
-    for group in [plain, *([i] for i in range(len(one.parts)) if one.kept[i])]:
+    there: dict[tuple[str, ...], list[int]] = {}
+    for number in np.unique(one.part).tolist():
+        there.setdefault(_carried(one, number), []).append(number)
+    for names, group in there.items():
         faces = [one.triangles(i) for i in group]
-        if not sum(map(len, faces)):
-            continue
-        columns = _columns(one, np.concatenate(faces).reshape(-1), origin, bool(one.kept[group[0]]))
+        columns = _columns(one, np.concatenate(faces).reshape(-1), origin, names)
         first, inverse = distinct_rows(
             np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1)
         )
@@ -155,8 +155,6 @@ def _add_mesh(
         }
         start = 0
         for number, own in zip(group, faces, strict=True):
-            if not len(own):
-                continue
             indices = body.add_indices(inverse[start : start + own.size], len(first))
             start += own.size
             entry["primitives"].append(_primitive(pictures, one, number, attributes, indices))
@@ -170,10 +168,7 @@ def _primitive(
     """A primitive; glTF gives it no name, so the part's goes into its extras."""
     part = one.parts[number]
     primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
-    source = getattr(part.source, "material", part.source)
-    material = pictures.material(
-        source if isinstance(source, Material) else None, "TEXCOORD_0" in attributes, "COLOR_0" in attributes
-    )
+    material = pictures.material(material_of(part), "TEXCOORD_0" in attributes, "COLOR_0" in attributes)
     if material is not None:
         primitive["material"] = material
     if len(one.parts) > 1 or part.name != "mesh":
@@ -181,8 +176,14 @@ def _primitive(
     return primitive
 
 
+def _carried(one: Sheet, number: int) -> tuple[str, ...]:
+    """Names of the attributes that any corner of a part has."""
+    rows = one.triangles(number).reshape(-1)
+    return tuple(own.name for own in one.attributes if not np.isnan(own.values[rows]).all())
+
+
 def _columns(
-    one: Sheet, corners: np.ndarray[Any, Any], origin: np.ndarray[Any, Any], kept: bool
+    one: Sheet, corners: np.ndarray[Any, Any], origin: np.ndarray[Any, Any], names: tuple[str, ...]
 ) -> dict[str, np.ndarray[Any, Any]]:
     """Attributes of corners."""
     columns = {"POSITION": (one.points[corners] - origin).astype(np.float32)}
@@ -192,16 +193,18 @@ def _columns(
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         unit = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
         columns["NORMAL"] = np.where(length > 0.0, unit, (0.0, 0.0, 1.0)).astype(np.float32)
-    if not kept:
-        return columns
-    for name, values in one.carried.items():
-        taken = values[corners]
-        if np.isnan(taken).all():
+    for own in one.attributes:
+        if own.name not in names:
             continue
-        if name == "TEXCOORD_0":
+        taken = own.values[corners]
+        if own.kind == "uv":
             taken = np.stack([taken[:, 0], 1.0 - taken[:, 1]], axis=1)
-        missing = 0.0 if name == "TEXCOORD_0" else 1.0
-        columns[name] = np.where(np.isnan(taken), missing, taken).astype(np.float32)
+        missing = 1.0 if own.name == "COLOR_0" else 0.0
+        # Of more than four numbers a glTF accessor is no place.
+        for start in range(0, taken.shape[1], 4):
+            name = own.name if not start else f"{own.name}_{start}"
+            piece = taken[:, start : start + 4]
+            columns[name] = np.where(np.isnan(piece), missing, piece).astype(np.float32)
     return columns
 
 

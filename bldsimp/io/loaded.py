@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import io
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..carried import FACE, carry
 from ..errors import InputError
 from ..scene import Mesh, Part
+from ..visuals import attributes_of, carried_by, image_of
 from .stl import whole_stl
 from .surface import Material, Polygons, polygon_mesh
+
+STL_BYTES = FACE + "_stl"
+"""What an STL file stores behind each face."""
 
 
 def read_loaded(data: bytes, format_: str, path: Path | None, warnings: list[str]) -> list[Mesh]:
@@ -54,57 +60,56 @@ def read_loaded(data: bytes, format_: str, path: Path | None, warnings: list[str
 
 def _mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> Mesh:
     """One mesh of several geometries."""
-    points = np.concatenate([np.asarray(one.vertices, np.float64) for one in geometries.values()])
-    starts = np.cumsum([0, *(len(one.vertices) for one in geometries.values())])
-    corners = np.concatenate(
-        [
-            np.asarray(one.faces, np.int64) + start
-            for one, start in zip(geometries.values(), starts, strict=False)
-        ]
-    )
-    part = np.repeat(np.arange(len(geometries)), [len(one.faces) for one in geometries.values()])
-    parts = [Part(key, _attributes(one), _material(one)) for key, one in geometries.items()]
+    every = list(geometries.values())
+    points = np.concatenate([np.asarray(one.vertices, np.float64) for one in every])
+    starts = np.cumsum([0, *(len(one.vertices) for one in every)])
+    faces = [np.asarray(one.faces, np.int64) + start for one, start in zip(every, starts, strict=False)]
+    corners = np.concatenate(faces)
+    part = np.repeat(np.arange(len(every)), [len(one.faces) for one in every])
+    parts = [Part(key, source=_material(one)) for key, one in geometries.items()]
     polygons = Polygons(
         np.arange(0, corners.size + 1, 3, dtype=np.int32),
         corners.reshape(-1).astype(np.int32),
         part.astype(np.int32),
     )
-    mesh = polygon_mesh(name, points, polygons, parts, warnings)
-    for one, start in zip(geometries.values(), starts, strict=False):
-        for key, values in _carried(one).items():
-            target = mesh.source.carried.setdefault(key, np.full((len(points), values.shape[1]), np.nan))
-            target[start : start + len(values)] = values
+    mesh, polygon = polygon_mesh(name, points, polygons, parts, warnings)
+    columns = _joined(every)
+    for key in columns:
+        if key.startswith(FACE):
+            columns[key] = columns[key][polygon]
+    # Bytes that no program has set are no attribute.
+    if not columns.get(STL_BYTES, np.ones(1)).any():
+        del columns[STL_BYTES]
+    carry(mesh, attributes_of(mesh, columns, [image_of(one) for one in every]))
     return mesh
 
 
-def _attributes(geometry: Any) -> tuple[str, ...]:
-    """What a trimesh geometry carries beside its surface."""
-    names = []
-    visual = geometry.visual
-    if getattr(visual, "uv", None) is not None:
-        names.append("texture coordinates")
-    if visual.kind in ("vertex", "face") and visual.defined:
-        names.append({"vertex": "colour", "face": "face colour"}[visual.kind])
-    names += list(geometry.vertex_attributes)
-    names += [key for key, values in geometry.face_attributes.items() if key != "stl" or np.any(values)]
-    return tuple("STL attribute bytes" if name == "stl" else name for name in names)
-
-
-def _carried(geometry: Any) -> dict[str, Any]:
-    """Texture coordinates and colours of a trimesh geometry, per vertex."""
-    carried = {}
-    uv = getattr(geometry.visual, "uv", None)
-    if uv is not None and np.shape(uv) == (len(geometry.vertices), 2):
-        carried["TEXCOORD_0"] = np.asarray(uv, np.float64)
-    if geometry.visual.kind == "vertex" and geometry.visual.defined:
-        carried["COLOR_0"] = np.asarray(geometry.visual.vertex_colors, np.float64) / 255.0
-    return carried
+def _joined(geometries: list[Any]) -> dict[str, Any]:
+    """What geometries carry, end to end; NaN, or 0 where numbers are whole, for one that has it not."""
+    each = [carried_by(one) for one in geometries]
+    joined = {}
+    for key, first in {key: values for own in each for key, values in own.items()}.items():
+        blank = np.nan if first.dtype.kind == "f" else 0
+        counts = [len(one.faces if key.startswith(FACE) else one.vertices) for one in geometries]
+        pieces = [
+            own.get(key, np.full((count, first.shape[1]), blank, first.dtype))
+            for own, count in zip(each, counts, strict=True)
+        ]
+        joined[key] = np.concatenate(pieces)
+    return joined
 
 
 def _material(geometry: Any) -> Material | None:
-    """Name and colour of a trimesh geometry's material."""
+    """Name, colour and texture of a trimesh geometry's material."""
     material = getattr(geometry.visual, "material", None)
     if material is None:
         return None
-    color = np.asarray(material.main_color, np.float64) / 255.0
-    return Material(str(material.name or "material"), tuple(float(value) for value in color))  # type: ignore[arg-type]
+    r, g, b, a = (float(value) for value in np.asarray(material.main_color, np.float64) / 255.0)
+    name, image = str(material.name or "material"), image_of(geometry)
+    if image is None:
+        return Material(name, (r, g, b, a))
+    # trimesh keeps pixels, not files: these are stored without loss.
+    stream = io.BytesIO()
+    image.save(stream, "PNG")
+    own = re.sub(r"[^\w.-]+", "_", name)
+    return Material(name, (r, g, b, a), f"{own}.png", image=stream.getvalue())

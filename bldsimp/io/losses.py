@@ -2,61 +2,94 @@
 
 from __future__ import annotations
 
-from ..options import Options
-from ..scene import Part, Scene
-from .sheet import Sheet
+import re
 
-_TEXTURES = ("vt", "TEXCOORD_0", "texture coordinates", "s", "t", "u", "v", "texture_u", "texture_v")
-_COLORS = ("colour", "COLOR_0", "red", "green", "blue", "alpha")
-_HELD = {
-    "obj": (*_TEXTURES, *_COLORS),
-    "ply": (*_TEXTURES, *_COLORS),
-    "glb": (*_TEXTURES, *_COLORS),
-    "off": (),
-    "stl": (),
+from ..carried import FACE
+from ..options import DELIMITS, Options
+from ..scene import Attribute, Scene
+from .loaded import STL_BYTES
+from .sheet import Sheet, spread
+from .surface import Material, material_of
+
+_WORDS = {
+    "TEXCOORD_0": "texture coordinates",
+    "COLOR_0": "colours",
+    FACE + "COLOR_0": "face colours",
+    STL_BYTES: "STL attribute bytes",
+    "TANGENT": "tangents",
 }
+_HELD = {
+    "obj": r"TEXCOORD_0|COLOR_0",
+    "ply": r"(?!TANGENT).*",
+    "off": r"COLOR_0|FACE_COLOR_0",
+    "stl": STL_BYTES,
+    "glb": r".*",
+}
+"""Names of attributes that a format holds."""
+
+
+def words(name: str) -> str:
+    """The name of an attribute for people."""
+    return _WORDS.get(name) or f"'{name.removeprefix(FACE).removeprefix('_')}'"
 
 
 def dropped(scene: Scene, options: Options) -> list[str]:
     """What goes because the user asked."""
-    carriers = [part for mesh in scene.meshes for part in mesh.parts if part.attributes]
-    if not options.drop_attributes or not carriers:
+    if all(options.keeps(kind) for kind in DELIMITS):
         return []
-    return [f"dropped as asked, from {_count(len(carriers), 'part')}: {_attributes(carriers, ())}"]
+    gone = [one for mesh in scene.meshes for one in mesh.attributes if not options.keeps(one.kind)]
+    names = {one.name for one in gone}
+    count = sum(not names.isdisjoint(part.attributes) for mesh in scene.meshes for part in mesh.parts)
+    return [f"dropped as asked, from {_count(count, 'part')}: {_named(gone)}"] if gone else []
 
 
 def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
     """What OBJ, PLY, OFF or STL does not hold of a result."""
     upper = format_.upper()
-    kept = [part for one in sheets for part, stays in zip(one.parts, one.kept, strict=True) if stays]
     found = []
-    lost = _attributes(kept, _HELD[format_])
+    held = _HELD[format_] + ("|TEXCOORD_0|FACE__color" if format_ == scene.format == "off" else "")
+    lost = [one for own in sheets for one in own.attributes if not re.fullmatch(held, one.name)]
     if lost:
-        found.append(f"{upper} does not hold {lost}: lost")
+        found.append(f"{upper} does not hold {_named(lost)}: lost")
+    if format_ == "obj" and any(_alpha(own) for own in sheets):
+        found.append("OBJ colours have no alpha: lost")
     if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
         found.append(f"{upper} holds no instances: each was written out")
+    materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
     if format_ == "obj":
-        return found
-    parts = [part for mesh in scene.meshes for part in mesh.parts]
-    if len(parts) > 1 or any(getattr(part.source, "material", None) for part in parts):
-        found.append(f"{upper} holds no parts or materials: those of {_count(len(parts), 'part')} are lost")
+        left = dict.fromkeys(key for one in materials if one is not None for key in one.left)
+        return found + ([f"MTL does not hold {', '.join(left)} of materials: lost"] if left else [])
+    named = [one for one in materials if one is not None and not (format_ == "ply" and _is_texture(one))]
+    if named or (len(materials) > 1 and not (format_ == "ply" and scene.format == "ply")):
+        but = " but for colour textures" if format_ == "ply" and any(one and one.texture for one in materials) else ""
+        found.append(f"{upper} holds no parts or materials{but}: those of {_count(len(materials), 'part')} are lost")
     shaded = any(one.normals is not None for one in sheets)
     if shaded and (format_ == "stl" or (format_ == "off" and scene.format != "off")):
         found.append(f"{upper} holds no vertex normals: lost")
     return found
 
 
-def gltf_losses(scene: Scene, options: Options) -> list[str]:
+def gltf_losses(scene: Scene) -> list[str]:
     """What a glTF document made anew does not take over."""
-    kept = [part for mesh in scene.meshes for part in mesh.parts if part.passed_on(options)]
-    lost = _attributes(kept, _HELD["glb"])
-    return [f"not carried over to glTF: {lost}"] if lost else []
+    materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
+    others = dict.fromkeys(key for one in materials if one is not None for key, _ in one.others)
+    return [f"not carried over to glTF: {', '.join(others)} of materials"] if others else []
 
 
-def _attributes(parts: list[Part], held: tuple[str, ...]) -> str:
-    """Names of what parts carry and a format does not hold."""
-    names = [name for part in parts for name in part.attributes if name not in held]
-    return ", ".join(dict.fromkeys(names))
+def _alpha(one: Sheet) -> bool:
+    """Whether a colour is not opaque."""
+    colors = spread(one).values("COLOR_0")
+    return colors is not None and colors.shape[1] > 3 and bool((colors[:, 3] < 1.0).any())
+
+
+def _is_texture(material: Material) -> bool:
+    """Whether a material is no more than a texture that has a file."""
+    return material.texture is not None and not material.others and material.color is None
+
+
+def _named(attributes: list[Attribute]) -> str:
+    """Names of attributes for people, each once."""
+    return ", ".join(dict.fromkeys(words(one.name) for one in attributes))
 
 
 def _count(number: int, noun: str) -> str:

@@ -1,46 +1,110 @@
-"""OBJ material libraries: the colour and the texture of each material, read and written."""
+"""OBJ material libraries: the colour and the textures of each material, read and written."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass, field
 
+from .folder import Folder
 from .surface import Material
 
+_MAPS = (
+    "map_ka", "map_kd", "map_ks", "map_ke", "map_ns", "map_d", "map_tr", "map_bump", "bump", "norm", "map_kn", "disp",
+    "map_disp", "decal", "refl", "map_pr", "map_pm", "map_ps", "map_rma", "map_orm",
+)  # fmt: skip
+"""Statements that name a texture, in lower case."""
 
-def read_materials(libraries: list[str], beside: Callable[[str], bytes | None]) -> dict[str, Material]:
-    """Materials by name; a library that is missing has none."""
+_OPTIONS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2}
+"""Options of a texture that take several numbers; all others take one word."""
+
+
+@dataclass
+class _Draft:
+    """A material while its lines are read."""
+
+    color: tuple[float, float, float, float] | None = None
+    maps: dict[str, str] = field(default_factory=dict)
+    stretch: tuple[float, float] = (1.0, 1.0)
+
+
+def read_materials(libraries: list[str], beside: Folder) -> dict[str, Material]:
+    """Materials by name; a library that is missing has none.
+
+    Textures are named relative to the OBJ file. Those of a library in another folder are looked for there first.
+    """
     materials: dict[str, Material] = {}
     for library in libraries:
         data = beside(library)
-        if data is not None:
-            _read_library(data.decode("utf-8", "surrogateescape"), materials)
+        if data is None:
+            continue
+        folder = library.replace("\\", "/").rpartition("/")[0]
+        for name, draft in _drafts(data.decode("utf-8", "surrogateescape")).items():
+            if folder:
+                for key, texture in draft.maps.items():
+                    if beside.picture(f"{folder}/{texture}") is not None:
+                        draft.maps[key] = f"{folder}/{texture}"
+            color = next((value for key, value in draft.maps.items() if key.lower() == "map_kd"), None)
+            others = tuple((key, value) for key, value in draft.maps.items() if key.lower() != "map_kd")
+            materials.setdefault(name, Material(name, draft.color, color, others, draft.stretch))
     return materials
 
 
-def _read_library(text: str, materials: dict[str, Material]) -> None:
-    current = Material("")
+def _drafts(text: str) -> dict[str, _Draft]:
+    """Materials of a library."""
+    drafts: dict[str, _Draft] = {}
+    current = _Draft()
     for line in text.splitlines():
-        key, _, value = line.strip().partition(" ")
+        key, _, value = line.strip().replace("\t", " ").partition(" ")
         value = value.strip()
         if key == "newmtl":
-            current = materials.setdefault(value, Material(value))
+            current = drafts.setdefault(value, _Draft())
         elif key == "Kd":
-            red, green, blue = _floats(value, 3)
+            red, green, blue = _floats(value.split(), 3)
             current.color = (red, green, blue, current.color[3] if current.color else 1.0)
-        elif key == "d":
-            current.color = (*(current.color or (1.0, 1.0, 1.0, 1.0))[:3], _floats(value, 1)[0])
-        elif key == "map_Kd":
-            current.texture = value.split()[-1] if value.startswith("-") else value
+        elif key in ("d", "Tr"):
+            share = _floats(value.split()[-1:], 1)[0]
+            opaque = share if key == "d" else 1.0 - share
+            current.color = (*(current.color or (1.0, 1.0, 1.0, 1.0))[:3], opaque)
+        elif key.lower() in _MAPS and value:
+            name, (u, v) = _texture(value)
+            if name:
+                current.maps[key] = name
+                current.stretch = max(current.stretch[0], abs(u)), max(current.stretch[1], abs(v))
+    return drafts
 
 
-def _floats(text: str, count: int) -> list[float]:
-    """The first numbers of a text; 1 where it has fewer."""
+def _texture(value: str) -> tuple[str, tuple[float, float]]:
+    """The file of a texture statement, and how many times it is repeated along u and v."""
+    stretch = (1.0, 1.0)
+    while value.startswith("-"):
+        option, _, value = value.partition(" ")
+        words: list[str] = []
+        for _ in range(_OPTIONS.get(option, 1)):
+            word, _, rest = value.strip().partition(" ")
+            if words and not _is_number(word):
+                break
+            words.append(word)
+            value = rest.strip()
+        if option == "-s":
+            u, v = _floats(words, 2)
+            stretch = u, v
+    return value, stretch
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _floats(words: list[str], count: int) -> list[float]:
+    """The first numbers of some words; 1 where there are fewer."""
     found = []
-    for word in text.split()[:count]:
-        try:
-            found.append(float(word))
-        except ValueError:
+    for word in words[:count]:
+        if not _is_number(word):
             break
+        found.append(float(word))
     return found + [1.0] * (count - len(found))
 
 
@@ -55,4 +119,5 @@ def material_library(materials: list[Material]) -> str:
                 lines.append(f"d {material.color[3]!r}")
         if material.texture:
             lines.append(f"map_Kd {material.texture}")
+        lines += [f"{key} {name}" for key, name in material.others]
     return "\n".join([*lines, ""])

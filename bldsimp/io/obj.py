@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..carried import carry, color_attribute
 from ..errors import InputError
 from ..rows import distinct_rows
 from ..scene import Mesh, Part
+from .folder import Folder
 from .mtl import read_materials
-from .surface import Material, Polygons, Stored, polygon_mesh, shown
+from .surface import Material, Polygons, polygon_mesh, shown, uv_attribute
 from .text import numbers, ragged, table
 
 Index = NDArray[np.int64]
@@ -43,14 +44,33 @@ class ObjPart:
     material: Material | None
 
 
-def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[str]) -> list[Mesh]:
+@dataclass
+class ObjFormat:
+    """`Mesh.source` of a mesh read from an OBJ file.
+
+    Attributes
+    ----------
+    libraries : list of str
+        Material libraries, as the file names them.
+    textures : list of str
+        What the libraries name, relative to the OBJ file.
+    color_scale : float
+        What is stored for a colour of 1.
+    """
+
+    libraries: list[str]
+    textures: list[str]
+    color_scale: float = 1.0
+
+
+def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     """Read an OBJ file into one mesh.
 
     Parameters
     ----------
     data : bytes
-    beside : function of a relative path
-        Gives the bytes of a file next to the OBJ, or None.
+    beside : Folder
+        Where the OBJ file is.
     warnings : list of str
         Told what is left out.
 
@@ -70,7 +90,9 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     sizes, triples = _corners([lines[i][2:] for i in where_faces])
     counts = [len(positions), int(np.sum(keys == b"vt")), int(np.sum(keys == b"vn"))]
     _absolute(triples, sizes, where_faces, keys, counts)
-    textures = _wide(table([lines[i][3:] for i in np.flatnonzero(keys == b"vt")]), 2)
+    textures = table([lines[i][3:] for i in np.flatnonzero(keys == b"vt")])
+    if np.any(np.nan_to_num(textures[:, 2:])):
+        warnings.append("the third of three OBJ texture coordinates was left out")
     normals = _wide(table([lines[i][3:] for i in np.flatnonzero(keys == b"vn")]), 3)
     states, part = _states(lines, keys, where_faces)
     row_triples, corners = _rows(triples, len(positions))
@@ -80,22 +102,24 @@ def read_obj(data: bytes, beside: Callable[[str], bytes | None], warnings: list[
     materials = read_materials(libraries, beside)
     parts = [Part(state.name(), source=ObjPart(state, materials.get(state.material))) for state in states]
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
-    mesh = polygon_mesh(
+    mesh, _ = polygon_mesh(
         shown(states[0].object) if states else "",
         positions[row_triples[:, 0]],
         Polygons(offsets, corners.astype(np.int32), part),
         parts,
         warnings,
     )
-    stored: Stored = mesh.source
-    stored.format = libraries
+    named = (name for material in materials.values() for name in material.textures)
+    mesh.source = ObjFormat(libraries, list(dict.fromkeys(named)))
+    attributes = []
     if np.any(row_triples[:, 1] >= 0):
-        stored.carried["TEXCOORD_0"] = _taken(textures, row_triples[:, 1])
+        attributes.append(uv_attribute(_taken(_wide(textures, 2), row_triples[:, 1]), parts, beside.picture))
     if colors is not None:
-        stored.carried["COLOR_0"] = colors[row_triples[:, 0]]
+        mesh.source.color_scale = 255.0 if np.nanmax(colors, initial=0.0) > 1.0 else 1.0
+        attributes.append(color_attribute(colors[row_triples[:, 0]] / mesh.source.color_scale, mesh))
+    carry(mesh, attributes)
     if np.any(row_triples[:, 2] >= 0):
         mesh.normals = np.nan_to_num(_taken(normals, row_triples[:, 2]))
-    _name_attributes(mesh, row_triples[:, 1] >= 0, colors)
     return [mesh]
 
 
@@ -128,8 +152,11 @@ def _positions(
     if width < 6:
         return np.ascontiguousarray(values[:, :3]), None
     colors = values[:, width - 3 : width].copy()
-    if sizes is not None:
-        colors[sizes < 6] = np.nan
+    colored = np.full(len(colors), True) if sizes is None else sizes >= 6
+    broken = colored & ~np.isfinite(colors).all(axis=1)
+    if broken.any():
+        warnings.append(f"the colours of {int(broken.sum()):,} OBJ points are no numbers: left out")
+    colors[broken | ~colored] = np.nan
     return np.ascontiguousarray(values[:, :3]), colors
 
 
@@ -238,13 +265,3 @@ def _taken(values: NDArray[np.float64], index: Index) -> NDArray[np.float64]:
     taken = values[np.maximum(index, 0)].astype(np.float64)
     taken[index < 0] = np.nan
     return taken
-
-
-def _name_attributes(mesh: Mesh, textured: NDArray[np.bool_], colors: NDArray[np.float64] | None) -> None:
-    """Tell each part what its faces carry."""
-    carried = {"vt": textured}
-    if colors is not None:
-        carried["colour"] = ~np.isnan(mesh.source.carried["COLOR_0"]).all(axis=1)
-    for name, rows in carried.items():
-        for part in np.unique(mesh.part_of_face[rows[mesh.faces].any(axis=1)]):
-            mesh.parts[part].attributes += (name,)

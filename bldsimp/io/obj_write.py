@@ -11,6 +11,7 @@ from ..rows import distinct_rows
 from ..scene import Part
 from .obj import ObjPart, State
 from .sheet import Sheet
+from .surface import Material, material_of
 
 Index = NDArray[np.int64]
 
@@ -24,7 +25,9 @@ class Text:
     vertices: int = 0
 
 
-def obj_text(sheets: list[Sheet], libraries: list[str]) -> tuple[bytes, int]:
+def obj_text(
+    sheets: list[Sheet], libraries: list[str], names: dict[Material, str], color_scale: float = 1.0
+) -> tuple[bytes, int]:
     """The text of an OBJ file.
 
     Parameters
@@ -32,6 +35,11 @@ def obj_text(sheets: list[Sheet], libraries: list[str]) -> tuple[bytes, int]:
     sheets : list of Sheet
     libraries : list of str
         Material libraries to name.
+    names : dict of Material to str
+        What the libraries call them; not asked for parts of an OBJ file.
+
+    color_scale : float
+        What is stored for a colour of 1: those of 255 get three decimals.
 
     Returns
     -------
@@ -43,26 +51,27 @@ def obj_text(sheets: list[Sheet], libraries: list[str]) -> tuple[bytes, int]:
     text = Text([f"mtllib {name}" for name in libraries])
     state = State()
     for one in sheets:
-        columns, vertices = _columns(one, text)
+        columns, vertices = _columns(one, text, color_scale)
         text.vertices += vertices
-        state = _faces(one, columns, text, state)
+        state = _faces(one, columns, text, state, names)
     return ("\n".join(text.lines) + "\n").encode("utf-8", "surrogateescape"), text.vertices
 
 
-def _columns(one: Sheet, text: Text) -> tuple[list[Index | None], int]:
+def _columns(one: Sheet, text: Text, color_scale: float) -> tuple[list[Index | None], int]:
     """Write `v`, `vt` and `vn` lines; the number of each corner in each, -1 for none; distinct corners."""
     positions = one.points
-    colors = one.carried.get("COLOR_0")
+    colors = one.values("COLOR_0")
     if colors is not None:
-        positions = np.concatenate([positions, colors[:, :3]], axis=1)
+        stored = colors[:, :3] if color_scale == 1.0 else np.round(colors[:, :3] * color_scale, 3)
+        positions = np.concatenate([positions, stored], axis=1)
     columns = [
         _column("v", positions, text),
-        _column("vt", one.carried.get("TEXCOORD_0"), text),
+        _column("vt", one.values("TEXCOORD_0"), text),
         _column("vn", _missing_as_nan(one.normals), text),
     ]
     present = [column for column in columns if column is not None]
     vertices = len(distinct_rows(np.stack(present, axis=1))[0])
-    corners = one.polygons.corners
+    corners = one.faces.reshape(-1)
     return [None if column is None else column[corners] for column in columns], vertices
 
 
@@ -93,21 +102,16 @@ def _missing_as_nan(normals: NDArray[np.float64] | None) -> NDArray[np.float64] 
     return np.where(absent, np.nan, normals)
 
 
-def _faces(one: Sheet, columns: list[Index | None], text: Text, state: State) -> State:
+def _faces(
+    one: Sheet, columns: list[Index | None], text: Text, state: State, names: dict[Material, str]
+) -> State:
     """Write the faces part by part, and the lines that tell the parts."""
-    words = np.array(_corners(columns), object)
-    offsets, part_of = one.polygons.offsets, one.polygons.part
-    order = np.argsort(part_of, kind="stable")
-    for part in np.unique(part_of):
-        state = _announce(_state(one, one.parts[part]), state, text)
-        chosen = order[slice(*np.searchsorted(part_of[order], [part, part + 1]))]
-        sizes = np.diff(offsets)[chosen]
-        if np.all(sizes == 3):
-            own = words[offsets[chosen][:, None] + np.arange(3)].tolist()
-            text.lines += [f"f {a} {b} {c}" for a, b, c in own]
-        else:
-            runs = zip(offsets[chosen].tolist(), sizes.tolist(), strict=True)
-            text.lines += ["f " + " ".join(words[start : start + size]) for start, size in runs]
+    words = np.array(_corners(columns), object).reshape(-1, 3)
+    order = np.argsort(one.part, kind="stable")
+    for part in np.unique(one.part):
+        state = _announce(_state(one, one.parts[part], names), state, text)
+        chosen = order[slice(*np.searchsorted(one.part[order], [part, part + 1]))]
+        text.lines += [f"f {a} {b} {c}" for a, b, c in words[chosen].tolist()]
     return state
 
 
@@ -128,17 +132,16 @@ def _corner(v: int, vt: int, vn: int) -> str:
     return f"{v}/{vt}" if vt > 0 else str(v)
 
 
-def _state(one: Sheet, part: Part) -> State:
+def _state(one: Sheet, part: Part, names: dict[Material, str]) -> State:
     """What to say of a part."""
     if isinstance(part.source, ObjPart):
         return part.source.state
-    material = getattr(part.source, "material", part.source)
-    name = getattr(material, "name", "")
+    material = material_of(part)
     group = part.name if len(one.parts) > 1 else ""
-    return State(_word(one.name), _word(group), _word(name) if material is not None else "")
+    return State(one_word(one.name), one_word(group), "" if material is None else names[material])
 
 
-def _word(text: str) -> str:
+def one_word(text: str) -> str:
     """A name on one line."""
     return " ".join(text.split())
 

@@ -9,6 +9,7 @@ from ..scene import Scene
 from .folder import Folder
 from .gltf import parse_gltf
 from .gltf_read import gltf_meshes
+from .gltf_unpack import unpacked
 from .loaded import read_loaded
 from .obj import read_obj
 from .off import read_off
@@ -65,8 +66,9 @@ def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
     """Read the meshes of a scene."""
     if scene.format in ("glb", "gltf"):
         try:
-            scene.source = parse_gltf(data, folder)
-            scene.meshes = gltf_meshes(scene.source)
+            scene.source = unpacked(parse_gltf(data, folder), scene.warnings)
+            # Images are no part of the file's size.
+            scene.meshes = gltf_meshes(scene.source, Folder(folder.path))
         except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
             # JSON may hold anything anywhere; what the format does not foresee ends here.
             what = f"{type(error).__name__}: {error}"
@@ -81,7 +83,7 @@ def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
     if scene.format == "obj":
         scene.meshes = read_obj(data, folder, scene.warnings)
     elif scene.format == "ply":
-        scene.meshes = read_ply(data, scene.warnings)
+        scene.meshes = read_ply(data, folder, scene.warnings)
     elif scene.format == "off":
         scene.meshes = read_off(data, scene.warnings)
     else:

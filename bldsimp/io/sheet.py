@@ -1,23 +1,24 @@
-"""A result on its way to a file: rows, polygons and parts, in the frame they are written in."""
+"""A result on its way to a file: rows, faces and parts with all that they carry, in the frame they are written in."""
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..normals import shading
+from ..carried import FACE
+from ..normals import shaded
 from ..options import Options
-from ..polygons import select_polygons
-from ..scene import Faces, Light, Mesh, Part, Points
+from ..scene import Attribute, Faces, Indices, Light, Mesh, Part, Points
 from ..tolerance import placed
-from .surface import Polygons, Stored
+from .surface import UvMap, material_of
 
 
 @dataclass
 class Sheet:
-    """One instance of one mesh; every row is used by a polygon.
+    """One instance of one mesh; every row is used by a face.
 
     Attributes
     ----------
@@ -25,70 +26,57 @@ class Sheet:
     points : (n, 3) float64
     normals : (n, 3) float64 or None
         Zero in rows without.
-    carried : dict of str to (n, k) float64
-        Of the parts that are passed on, NaN elsewhere; see `Stored.carried`. Never all NaN.
-    polygons : Polygons
+    attributes : list of Attribute
+        Values of rows or of faces, as far as they are kept.
+    faces : (k, 3) int32
+    part : (k,) int32
+        Index into `parts`.
     parts : list of Part
-    kept : (p,) bool
-        Which parts are passed on with what they carry.
     """
 
     name: str
     points: Points
     normals: NDArray[np.float64] | None
-    carried: dict[str, NDArray[np.float64]]
-    polygons: Polygons
+    attributes: list[Attribute]
+    faces: Faces
+    part: Indices
     parts: list[Part]
-    kept: NDArray[np.bool_]
-
-    @property
-    def faces(self) -> Faces:
-        """Rows of each polygon, where every polygon is a triangle."""
-        faces: Faces = self.polygons.corners.reshape(-1, 3)
-        return faces
 
     def triangles(self, part: int) -> Faces:
-        """Faces of a part, where every polygon is a triangle."""
-        own: Faces = self.faces[self.polygons.part == part]
+        """Faces of a part."""
+        own: Faces = self.faces[self.part == part]
         return own
 
+    def values(self, name: str) -> NDArray[np.float64] | None:
+        """Values of an attribute; None where there is no such one."""
+        return next((one.values for one in self.attributes if one.name == name), None)
 
-def sheet(mesh: Mesh, light: Light, options: Options, *, polygonal: bool) -> Sheet:
-    """A result in its mesh's own frame.
 
-    Parameters
-    ----------
-    mesh : Mesh
-    light : Light
-    options : Options
-    polygonal : bool
-        Parts that are passed on keep their polygons; else all are triangles.
-    """
-    kept = np.array([part.passed_on(options) for part in mesh.parts])
-    normals = shading(mesh, light, options)
-    if mesh.normals is not None and kept.any():
-        normals = _with_kept(mesh, light, kept, normals)
-    polygons = Polygons(
-        np.arange(0, light.faces.size + 1, 3, dtype=np.int32), light.faces.reshape(-1), light.part_of_face
-    )
-    if polygonal and kept.any() and isinstance(mesh.source, Stored):
-        polygons = _joined(
-            _chosen(polygons, ~kept[polygons.part]),
-            _chosen(mesh.source.polygons, kept[mesh.source.polygons.part]),
-        )
-    used = np.zeros(len(mesh.points), bool)
-    used[polygons.corners] = True
+def sheet(mesh: Mesh, light: Light, options: Options) -> Sheet:
+    """A result in its mesh's own frame."""
+    light, normals = shaded(mesh, light, options)
+    fixed = mesh.passed_on[light.part_of_face]
+    if mesh.normals is not None and normals is None and fixed.any():
+        # Parts that are passed on keep their own.
+        normals = np.zeros_like(light.points)
+        normals[light.faces[fixed]] = mesh.normals[light.row][light.faces[fixed]]
+    used = np.zeros(len(light.points), bool)
+    used[light.faces] = True
     rows = np.flatnonzero(used)
     compact = np.cumsum(used, dtype=np.int32) - 1
-    polygons.corners = compact[polygons.corners]
+    attributes = []
+    for one in mesh.attributes:
+        if options.keeps(one.kind):
+            values = light.values(one)
+            attributes.append(dataclasses.replace(one, values=values if one.on_faces else values[rows]))
     return Sheet(
         name=mesh.name,
         points=light.points[rows],
         normals=None if normals is None else normals[rows],
-        carried=_kept_values(mesh, polygons, kept, rows),
-        polygons=polygons,
+        attributes=attributes,
+        faces=compact[light.faces],
+        part=light.part_of_face,
         parts=mesh.parts,
-        kept=kept,
     )
 
 
@@ -106,53 +94,53 @@ def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
         normals = placed(normals, frame)
         length = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-    polygons = _turned(one.polygons) if mirrored else one.polygons
-    return Sheet(one.name, placed(one.points, transform), normals, one.carried, polygons, one.parts, one.kept)
+    faces = one.faces[:, ::-1] if mirrored else one.faces
+    return dataclasses.replace(one, points=placed(one.points, transform), normals=normals, faces=faces)
 
 
-def _kept_values(
-    mesh: Mesh, polygons: Polygons, kept: NDArray[np.bool_], rows: NDArray[np.int64]
-) -> dict[str, NDArray[np.float64]]:
-    """What rows of the parts that are passed on carry."""
-    carried: dict[str, NDArray[np.float64]] = {}
-    if not kept.any():
-        return carried
-    inside = np.zeros(len(rows), bool)
-    inside[polygons.corners[np.repeat(kept[polygons.part], np.diff(polygons.offsets))]] = True
-    for name, values in mesh.source.carried.items():
-        taken = np.where(inside[:, None], values[rows], np.nan)
-        if not np.isnan(taken).all():
-            carried[name] = taken
-    return carried
+def as_shown(one: Sheet) -> Sheet:
+    """A sheet whose first UV set is that of colour textures, mapped: other formats have one set, and no map of it."""
+    maps = [getattr(material_of(part), "uv_map", UvMap()) for part in one.parts]
+    if all(maps[part] == UvMap() for part in np.unique(one.part)):
+        return one
+    one = _by_corners(one)
+    part = np.repeat(one.part, 3)
+    uv = np.full((len(one.points), 2), np.nan)
+    for number, own in enumerate(maps):
+        values = one.values(f"TEXCOORD_{own.set}")
+        if values is not None:
+            rows = np.flatnonzero(part == number)
+            matrix = np.array(own.matrix).reshape(2, 3)
+            uv[rows] = values[rows] if own.matrix == UvMap().matrix else values[rows] @ matrix[:, :2].T + matrix[:, 2]
+    first = Attribute("TEXCOORD_0", "uv", uv, np.ones((len(one.parts), 2)))
+    return dataclasses.replace(one, attributes=[first, *(a for a in one.attributes if a.name != "TEXCOORD_0")])
 
 
-def _with_kept(
-    mesh: Mesh, light: Light, kept: NDArray[np.bool_], normals: NDArray[np.float64] | None
-) -> NDArray[np.float64]:
-    """Normals of the parts passed on, which keep their own, among the others'."""
-    assert mesh.normals is not None
-    joined = np.zeros_like(mesh.points) if normals is None else normals.copy()
-    rows = np.unique(light.faces[kept[light.part_of_face]])
-    joined[rows] = mesh.normals[rows]
-    return joined
+def spread(one: Sheet) -> Sheet:
+    """A sheet whose faces hand what they carry to their corners, each corner a row, where no row carries the same."""
+    there = {own.name for own in one.attributes if not own.on_faces}
+    on_faces = [own for own in one.attributes if own.on_faces and own.name.removeprefix(FACE) not in there]
+    if not on_faces:
+        return one
+    handed = [
+        dataclasses.replace(
+            own, name=own.name.removeprefix(FACE), values=np.repeat(own.values, 3, axis=0), on_faces=False
+        )
+        for own in on_faces
+    ]
+    one = _by_corners(one)
+    return dataclasses.replace(one, attributes=[own for own in one.attributes if not own.on_faces] + handed)
 
 
-def _chosen(polygons: Polygons, mask: NDArray[np.bool_]) -> Polygons:
-    chosen = np.flatnonzero(mask)
-    return Polygons(*select_polygons(polygons.offsets, polygons.corners, chosen), polygons.part[chosen])
-
-
-def _joined(a: Polygons, b: Polygons) -> Polygons:
-    return Polygons(
-        np.concatenate([a.offsets, b.offsets[1:] + a.offsets[-1]]),
-        np.concatenate([a.corners, b.corners]),
-        np.concatenate([a.part, b.part]),
+def _by_corners(one: Sheet) -> Sheet:
+    """A sheet with a row for each corner of each face."""
+    corners = one.faces.reshape(-1)
+    return dataclasses.replace(
+        one,
+        points=one.points[corners],
+        normals=None if one.normals is None else one.normals[corners],
+        attributes=[
+            own if own.on_faces else dataclasses.replace(own, values=own.values[corners]) for own in one.attributes
+        ],
+        faces=np.arange(len(corners), dtype=np.int32).reshape(-1, 3),
     )
-
-
-def _turned(polygons: Polygons) -> Polygons:
-    """Polygons wound the other way."""
-    sizes = np.diff(polygons.offsets)
-    ends = np.repeat(polygons.offsets[1:], sizes) - 1
-    within = np.arange(len(polygons.corners)) - np.repeat(polygons.offsets[:-1], sizes)
-    return Polygons(polygons.offsets, polygons.corners[ends - within], polygons.part)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import PurePosixPath
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..number_format import number_format
+from ..options import UNKNOWN_TEXELS
 from ..polygons import select_polygons, triangulate_polygons
-from ..scene import Mesh, Part, Points, check_finite, check_indices
+from ..scene import Attribute, Indices, Mesh, Part, Points, check_finite, check_indices
+from .image_size import image_size
 
 
 def shown(name: str) -> str:
@@ -38,7 +41,15 @@ class Polygons:
     part: NDArray[np.int32]
 
 
-@dataclass
+@dataclass(frozen=True)
+class UvMap:
+    """Which UV set a texture reads, and the affine map that leads from it to the texture, v upwards: by rows."""
+
+    set: int = 0
+    matrix: tuple[float, ...] = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Material:
     """The little of a material that every format knows.
 
@@ -48,31 +59,72 @@ class Material:
     color : tuple of float or None
         Red, green, blue, alpha in 0..1, linear as glTF has it or as MTL states it.
     texture : str or None
-        Path or URI of the colour texture, relative to the file.
+        Path or URI of the colour texture, relative to the file; the number of an image, in glTF.
+    others : tuple of (str, str)
+        Its other textures, each with the MTL statement that would name it.
+    stretch : tuple of float
+        How many times a texture is repeated along u and v, at most.
+    image : bytes or None
+        The colour texture, where no file holds it.
+    uv_map : UvMap
+        How its textures read UV.
+    left : tuple of str
+        What else it has, which is not here.
     """
 
     name: str
     color: tuple[float, float, float, float] | None = None
     texture: str | None = None
+    others: tuple[tuple[str, str], ...] = ()
+    stretch: tuple[float, float] = (1.0, 1.0)
+    image: bytes | None = None
+    uv_map: UvMap = UvMap()
+    left: tuple[str, ...] = ()
+
+    @property
+    def textures(self) -> list[str]:
+        """All textures by name."""
+        return [name for name in (self.texture, *(name for _, name in self.others)) if name]
 
 
-@dataclass
-class Stored:
-    """What a mesh of polygons keeps for the writer (`Mesh.source`).
+def material_of(part: Part) -> Material | None:
+    """The material of a part of any format."""
+    found = getattr(part.source, "material", part.source)
+    return found if isinstance(found, Material) else None
 
-    Attributes
+
+def texels(parts: list[Part], beside: Callable[[str], bytes | None]) -> NDArray[np.float64]:
+    """Width and height, for each part, of the largest image that its material reads, (p, 2); texels.
+
+    Parameters
     ----------
-    polygons : Polygons
-    carried : dict of str to (n, k) array
-        Per row of the points: ``TEXCOORD_0`` (two columns, v upwards), ``COLOR_0`` (three or four, 0..1).
-        A row without has NaN.
-    format : object
-        What only the reader of this format knows.
+    parts : list of Part
+    beside : function of a relative path
+        Gives the bytes of a file next to the model, or None.
     """
+    sizes: dict[str, tuple[int, int]] = {}
+    found = np.full((len(parts), 2), float(UNKNOWN_TEXELS))
+    for row, material in enumerate(map(material_of, parts)):
+        if material is None or not material.textures:
+            continue
+        for name in material.textures:
+            if name not in sizes:
+                data = material.image if material.image is not None and name == material.texture else beside(name)
+                sizes[name] = image_size(data or b"") or (UNKNOWN_TEXELS, UNKNOWN_TEXELS)
+        found[row] = np.max([sizes[name] for name in material.textures], axis=0) * material.stretch
+    return found
 
-    polygons: Polygons
-    carried: dict[str, NDArray[np.float64]] = field(default_factory=dict)
-    format: Any = None
+
+def uv_attribute(
+    values: NDArray[np.float64], parts: list[Part], beside: Callable[[str], bytes | None]
+) -> Attribute:
+    """Texture coordinates of rows, NaN where one has none."""
+    return Attribute("TEXCOORD_0", "uv", values, texels(parts, beside))
+
+
+def file_stem(name: str) -> str:
+    """The name of a file without folder and suffix."""
+    return PurePosixPath(name.replace("\\", "/")).stem
 
 
 def polygon_mesh(
@@ -81,8 +133,14 @@ def polygon_mesh(
     polygons: Polygons,
     parts: list[Part],
     warnings: list[str],
-) -> Mesh:
+) -> tuple[Mesh, Indices]:
     """Check polygons, triangulate them, and make a mesh.
+
+    Returns
+    -------
+    mesh : Mesh
+    polygon_of_face : (m,) int32
+        The polygon that each face was cut out of.
 
     Raises
     ------
@@ -92,41 +150,34 @@ def polygon_mesh(
     if not len(points):
         raise InputError("no points: the file is empty of geometry")
     check_indices(polygons.corners, len(points))
-    polygons = _without_slivers(polygons, warnings)
+    polygons, given = _without_slivers(polygons, warnings)
     if len(polygons.offsets) < 2:
         raise InputError(f"{len(points):,} points but no faces: bldsimp simplifies surfaces")
     check_finite(points, polygons.corners)
     faces, polygon_of_face = triangulate_polygons(points, polygons.offsets, polygons.corners)
     mesh = Mesh(
-        name=name,
-        points=points,
-        faces=faces,
-        part_of_face=polygons.part[polygon_of_face],
-        parts=parts,
-        source=Stored(polygons),
+        name=name, points=points, faces=faces, part_of_face=polygons.part[polygon_of_face], parts=parts
     )
     mesh.single, mesh.rounding = number_format(mesh.used_points)
-    return mesh
+    return mesh, given[polygon_of_face]
 
 
-def _without_slivers(polygons: Polygons, warnings: list[str]) -> Polygons:
-    """Polygons without repeated neighbours, and without those of fewer than three distinct corners."""
+def _without_slivers(polygons: Polygons, warnings: list[str]) -> tuple[Polygons, Indices]:
+    """Polygons without repeated neighbours, and without those of fewer than three distinct corners; which are left."""
     offsets, corners = polygons.offsets, polygons.corners
     sizes = np.diff(offsets)
-    if not len(sizes):
-        return polygons
     if np.all(sizes == 3):
         a, b, c = corners.reshape(-1, 3).T
         good = (a != b) & (b != c) & (a != c)
     else:
         offsets, corners = _without_repeats(offsets, corners)
         good = _distinct_corners(offsets, corners) >= 3
-    if not good.all():
-        warnings.append(f"{int((~good).sum()):,} faces with fewer than three distinct corners were left out")
-    elif corners is polygons.corners:
-        return polygons
     kept = np.flatnonzero(good)
-    return Polygons(*select_polygons(offsets, corners, kept), polygons.part[kept])
+    if len(kept) < len(good):
+        warnings.append(f"{len(good) - len(kept):,} faces with fewer than three distinct corners were left out")
+    elif corners is polygons.corners:
+        return polygons, kept.astype(np.int32)
+    return Polygons(*select_polygons(offsets, corners, kept), polygons.part[kept]), kept.astype(np.int32)
 
 
 def _without_repeats(

@@ -3,36 +3,36 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 from urllib.parse import quote, unquote
-
-import numpy as np
 
 from ..errors import OutputError, UsageError
 from ..options import AUTO_DIAGONAL, Options
-from ..polygons import triangulate_polygons
 from ..report import Counts
 from ..scene import Light, Scene
 from ..tolerance import diagonal, epsilon
-from .beside import Pictured, copies, embedded_images, obj_pictures
+from .beside import Pictured, copies, embedded_images
 from .gltf import Document, gltf_text, pack_glb
 from .gltf_new import new_document
 from .gltf_patch import patched
 from .losses import dropped, gltf_losses, losses
 from .mtl import material_library
+from .obj import ObjFormat
 from .obj_write import obj_text
+from .off import OffFormat
 from .plain_write import off_text, ply_bytes, stl_bytes
 from .ply import PlyFormat
 from .rounding import counts_in_single, fallen_together, single_rounding
-from .sheet import Sheet, instance, sheet
-from .surface import Polygons, Stored
+from .sheet import Sheet, as_shown, instance, sheet, spread
 from .target import replace_files
 
 WRITABLE = ("glb", "gltf", "obj", "ply", "off", "stl")
 """Formats that bldsimp writes."""
+
 
 
 @dataclass
@@ -42,7 +42,7 @@ class Written:
     Attributes
     ----------
     bytes : int
-        Of the file and of what was written beside it.
+        Of the file, and of buffers and material libraries beside it.
     vertices : int
         Distinct positions with normal and attributes.
     rounding : float
@@ -81,7 +81,7 @@ def write(
     format_ : str
         One of `WRITABLE`.
     options : Options
-        `normals` and `drop_attributes`.
+        `normals`, `crease_angle` and `delimit`.
     overwrite : bool
         Whether files beside the target that differ may be replaced.
 
@@ -106,7 +106,12 @@ def write(
     for extra in fresh:
         if extra != main and extra.exists() and not overwrite:
             raise OutputError(f"{extra}: exists and differs: give --overwrite to replace it")
-    written.bytes = sum(map(len, files.values()))
+    try:
+        for extra in fresh:
+            if main.parent.is_dir() and extra != main:
+                extra.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{extra.parent}: cannot be made: {error.strerror}") from None
     replace_files(fresh)
     return written
 
@@ -119,13 +124,8 @@ def _files(
     main = Path("-") if path is None else path
     if format_ in ("glb", "gltf"):
         return _gltf_files(scene, lights, main, format_, options, written)
-    untouched = _untouched(scene, format_, options)
-    if untouched is not None:
-        written.vertices = sum(len(np.unique(mesh.faces)) for mesh in scene.meshes)
-        written.bytes = len(untouched)
-        return {main: untouched}
     instances = [
-        [instance(sheet(mesh, light, options, polygonal=True), transform) for transform in mesh.transforms]
+        [instance(sheet(mesh, light, options), transform) for transform in mesh.transforms]
         for mesh, light in zip(scene.meshes, lights, strict=True)
         if len(light.faces)
     ]
@@ -134,11 +134,16 @@ def _files(
         return _obj_files(scene, sheets, main, written)
     written.warnings += losses(scene, sheets, format_)
     if format_ == "ply":
-        data, written.vertices = ply_bytes(sheets, _ply_format(scene, sheets, written))
-    elif format_ == "off":
-        data, written.vertices = off_text(sheets, with_normals=scene.format == "off")
+        pictured = Pictured(scene, main, written.warnings)
+        sheets = [as_shown(one) for one in sheets]
+        textures = pictured.textures(sheets)
+        data, written.vertices = ply_bytes(sheets, _ply_format(scene, sheets, written), textures)
+        written.bytes = len(data)
+        return {**pictured.files, main: data}
+    if format_ == "off":
+        source = scene.meshes[0].source
+        data, written.vertices = off_text(sheets, source if isinstance(source, OffFormat) else None)
     else:
-        sheets = [_triangles(one) for one in sheets]
         written.rounding = max(single_rounding(one.points) for one in sheets)
         fallen = sum(fallen_together(one.points) for one in sheets)
         if fallen:
@@ -151,15 +156,6 @@ def _files(
     return {main: data}
 
 
-def _untouched(scene: Scene, format_: str, options: Options) -> bytes | None:
-    """The file as it is, where every part is passed on and the format stays."""
-    if format_ != scene.format or not isinstance(scene.source, bytes) or format_ in ("obj",):
-        return None
-    if all(part.passed_on(options) for mesh in scene.meshes for part in mesh.parts):
-        return scene.source
-    return None
-
-
 def _gltf_files(
     scene: Scene, lights: list[Light], main: Path, format_: str, options: Options, written: Written
 ) -> dict[Path, bytes]:
@@ -169,79 +165,101 @@ def _gltf_files(
     chunks: list[tuple[int, bytes]] = []
     embedded = piped
     if isinstance(scene.source, Document):
+        inside = piped or (format_ == "glb" and scene.format == "gltf")
         try:
-            json_, binary, written.vertices = patched(scene, lights, options, written.warnings)
+            json_, binary, written.vertices = patched(
+                scene, lights, options, written.warnings, whole=inside, first=format_ == "glb"
+            )
         except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
             # What no mesh uses is not looked at before the document is put together again.
             what = f"{type(error).__name__}: {error}"
             raise OutputError(f"the input's glTF JSON is not as the format asks ({what}): it is damaged") from error
         chunks = scene.source.chunks
         embedded |= scene.source.embedded
-        if piped or (format_ == "glb" and scene.format == "gltf"):
+        if inside:
             binary = embedded_images(json_, binary, scene.path, format_, written.warnings)
         else:
             beside = copies(json_, scene.path, main, written.warnings)
     else:
-        images = obj_pictures(scene, options, written.warnings)
+        images = Pictured(scene, main, written.warnings).inside()
         json_, binary, made = new_document(scene, lights, options, images)
         written.vertices, written.rounding, written.after = made.vertices, made.rounding, made.after
         _warn_of_rounding(scene, "glTF", made.fallen, written)
-        written.warnings += gltf_losses(scene, options)
+        written.warnings += gltf_losses(scene)
+    # Pictures beside the document count neither before nor after.
+    stays = [entry["byteLength"] for entry in json_.get("buffers", []) if "uri" in entry and not _is_inside(entry)]
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
-        written.bytes = len(data)
+        written.bytes = len(data) + sum(stays)
         return {**beside, main: data}
     if chunks:
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
-    if json_.get("buffers"):
-        name = _buffer_name(scene, main)
-        inside = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
-        uri = inside if embedded else quote(name)
-        json_["buffers"][0] = {"uri": uri, **json_["buffers"][0]}
+    for number, entry in enumerate(json_.get("buffers", [])):
+        if "uri" in entry:
+            continue
+        name = _buffer_name(scene, main, json_)
+        uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode() if embedded else quote(name)
+        json_["buffers"][number] = {"uri": uri, **entry}
         if not embedded:
             beside[main.with_name(name)] = binary
     data = gltf_text(json_, compact=False)
-    written.bytes = len(data)
+    written.bytes = len(data) + sum(stays) + (0 if embedded else len(binary))
     return {**beside, main: data}
 
 
-def _buffer_name(scene: Scene, main: Path) -> str:
-    """The buffer's file: the source's own where the document is written over itself."""
+def _is_inside(buffer: dict[str, Any]) -> bool:
+    return str(buffer["uri"]).startswith("data:")
+
+
+def _buffer_name(scene: Scene, main: Path, json_: dict[str, Any]) -> str:
+    """The buffer's file: the source's own where the document is written over itself, else one that is not there yet."""
     own = main.stem + ".bin"
     if scene.path is None or not isinstance(scene.source, Document):
         return own
-    uris = [str(entry.get("uri", "")) for entry in scene.source.items("buffers")]
-    beside = [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
+    before, kept = _beside(scene.source.json), _beside(json_)
+    taken = {(main.parent / name).resolve() for name in kept}
     if scene.path.resolve() == main.resolve():
-        return beside[0] if len(beside) == 1 and "/" not in beside[0] else own
-    # The input must still be whole afterwards.
-    while any((scene.path.parent / name).resolve() == main.with_name(own).resolve() for name in beside):
+        gone = [name for name in before if name not in kept]
+        if len(gone) == 1 and "/" not in gone[0]:
+            return gone[0]
+    else:
+        # The input must still be whole afterwards.
+        taken |= {(scene.path.parent / name).resolve() for name in before}
+    while main.with_name(own).resolve() in taken:
         own = f"light_{own}"
     return own
+
+
+def _beside(json_: dict[str, Any]) -> list[str]:
+    """Files of a document's buffers."""
+    uris = [str(entry.get("uri", "")) for entry in json_.get("buffers", [])]
+    return [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
 
 
 def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
     """An OBJ file, and the material library and textures beside it."""
     pictured = Pictured(scene, main, written.warnings)
-    data, written.vertices = obj_text(sheets, pictured.libraries(sheets, material_library))
+    sheets = [spread(as_shown(one)) for one in sheets]
+    stored = scene.meshes[0].source
+    color_scale = stored.color_scale if isinstance(stored, ObjFormat) else 1.0
+    data, written.vertices = obj_text(sheets, *pictured.libraries(sheets, material_library), color_scale)
     written.warnings += losses(scene, sheets, "obj")
-    written.bytes = len(data) + sum(map(len, pictured.files.values()))
+    # Pictures count neither before nor after.
+    libraries = [library for path, library in pictured.files.items() if path.suffix == ".mtl"]
+    written.bytes = len(data) + sum(map(len, libraries))
     return {**pictured.files, main: data}
 
 
 def _ply_format(scene: Scene, sheets: list[Sheet], written: Written) -> PlyFormat:
     """Single unless that moves a point by more than epsilon, or onto another; from PLY as the source has it."""
     stored = scene.meshes[0].source
-    if isinstance(stored, Stored) and isinstance(stored.format, PlyFormat):
-        if stored.format.double or stored.format.encoding == "ascii":
-            return stored.format
-        encoding = stored.format.encoding
-    else:
-        encoding = "binary_little_endian"
+    format_ = stored if isinstance(stored, PlyFormat) else PlyFormat("binary_little_endian", False)
+    if format_.double or format_.encoding == "ascii":
+        return format_
     moved = max(single_rounding(one.points) for one in sheets)
     double = moved > epsilon(scene) or any(fallen_together(one.points) for one in sheets if moved)
     written.rounding = 0.0 if double else moved
-    return PlyFormat(encoding, double)
+    return dataclasses.replace(format_, double=double)
 
 
 def _warn_of_rounding(scene: Scene, format_: str, fallen: int, written: Written) -> None:
@@ -259,14 +277,6 @@ def _warn_of_rounding(scene: Scene, format_: str, fallen: int, written: Written)
             f"{format_} stores single precision: points moved by up to {written.rounding:.3g};"
             " PLY, OBJ and OFF keep such coordinates"
         )
-
-
-def _triangles(one: Sheet) -> Sheet:
-    """A sheet whose polygons are cut."""
-    faces, owner = triangulate_polygons(one.points, one.polygons.offsets, one.polygons.corners)
-    offsets = np.arange(0, faces.size + 1, 3, dtype=np.int32)
-    one.polygons = Polygons(offsets, faces.reshape(-1), one.polygons.part[owner])
-    return one
 
 
 def _differs(path: Path, data: bytes) -> bool:

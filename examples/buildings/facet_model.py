@@ -92,6 +92,8 @@ class Model:
     facets: list[list[Ring]] = field(default_factory=list)
     plates: list[Plate] = field(default_factory=list)
     ids: dict[tuple[float, ...], int] = field(default_factory=dict)
+    parted: bool = False
+    """Whether neighbours may lie in one plane: something else than a crease parts them."""
 
     def plate(self, frame: Frame, outline: list[tuple[float, float]]) -> Plate:
         """Begin a facet that may be cut; `finish` adds it."""
@@ -149,14 +151,14 @@ class Model:
         return owner
 
     def check_closed(self) -> None:
-        """Raise unless each edge is used once in each direction, by facets that are not one facet."""
+        """Raise unless each edge is used once in each direction, by facets that are not one facet, unless `parted`."""
         owner = self.facets_at_edges()
         normals = [self.normal(rings[0]) for rings in self.facets]
         for (start, end), facet in owner.items():
             other = owner.get((end, start))
             if other is None:
                 raise ValueError(f"edge {self.points[start]} {self.points[end]} is open")
-            if dot(normals[facet], normals[other]) > 1 - 1e-9:
+            if not self.parted and dot(normals[facet], normals[other]) > 1 - 1e-9:
                 raise ValueError(f"facets at {self.points[start]} {self.points[end]} are one facet")
 
     def normal(self, ring: Ring) -> Vector:

@@ -19,6 +19,12 @@ Faces = NDArray[np.int64]
 
 def tessellate(model: Model, edge: float) -> tuple[Points, Faces]:
     """Points and triangles of all facets, with edges of about `edge` metres."""
+    points, faces = tessellate_facets(model, edge)
+    return points, np.concatenate(faces)
+
+
+def tessellate_facets(model: Model, edge: float) -> tuple[Points, list[Faces]]:
+    """The same, with the triangles of each facet apart."""
     points = list(model.points)
     cuts: dict[tuple[int, int], Ring] = {}
     faces = []
@@ -34,8 +40,8 @@ def tessellate(model: Model, edge: float) -> tuple[Points, Faces]:
         ids += range(len(points), len(points) + len(inner))
         points += list(inner)
         flat = project(np.array([points[i] for i in ids]), normal)
-        faces += [[ids[a], ids[b], ids[c]] for a, b, c in triangulate(flat, np.array(outline), len(rings))]
-    return np.array(points), np.array(faces, dtype=np.int64)
+        faces.append(np.array(ids)[np.array(triangulate(flat, np.array(outline), len(rings)))])
+    return np.array(points), faces
 
 
 def cut_ring(points: list[Points], ring: Ring, edge: float, cuts: dict[tuple[int, int], Ring]) -> Ring:

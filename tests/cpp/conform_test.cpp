@@ -56,7 +56,7 @@ struct Conforming {
 };
 
 Conforming conforming(const Body& body, bool keep_first) {
-  const Welded welded = weld(body.points, body.faces, 0.0);
+  const Welded welded = weld(body.points, body.faces, 0.0, {});
   const auto points = std::span<const Vec3>(welded.points);
   const auto faces = std::span<const Face>(welded.faces);
   const Halfedges halfedges = pair_halfedges(points, faces, Rows{}, 0.0);

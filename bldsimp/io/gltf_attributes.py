@@ -1,0 +1,136 @@
+"""What the vertices of a glTF mesh carry beside position and normal, and what of it no simplified mesh can follow."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..options import UNKNOWN_TEXELS
+from ..scene import Attribute, Faces
+from .gltf import Document
+from .gltf_rows import Rows
+from .gltf_textures import METADATA, Texels
+
+HARMLESS = {"KHR_materials_variants", "EXT_mesh_features", METADATA}
+"""Extensions of a primitive that speak of its vertices, if at all, through attributes and textures."""
+
+FEATURES = "EXT_mesh_features"
+
+COLOR_LEVELS = 255.0
+"""Levels of a colour that can be told apart."""
+
+CUSTOM_LEVELS = 1e5
+"""Levels, up to the greatest magnitude, of numbers whose meaning is not known."""
+
+_VECTORS = ("SCALAR", "VEC2", "VEC3", "VEC4")
+_OWN_FIELDS = ("POSITION", "NORMAL")
+_SKIN = ("JOINTS_", "WEIGHTS_")
+
+
+def carried_names(primitive: dict[str, Any]) -> tuple[str, ...]:
+    """Names of what a primitive carries beside position and normal."""
+    names = [name for name in primitive["attributes"] if name not in _OWN_FIELDS]
+    return *names, *(name for name in primitive.get("extensions", {}) if name in (FEATURES, METADATA))
+
+
+def fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tuple[str, ...]:
+    """What of a primitive with `count` vertices cannot follow a change of its faces."""
+    found = []
+    for name, number in primitive["attributes"].items():
+        accessor = document.items("accessors")[number]
+        if name.startswith(_SKIN):
+            found.append("skin")
+        elif accessor["type"] not in _VECTORS:
+            found.append(f"{name} of matrices")
+        elif accessor["count"] != count:
+            found.append(f"{name} of another length than its positions")
+    if primitive.get("targets"):
+        found.append("morph targets")
+    extensions = primitive.get("extensions", {})
+    ids = extensions.get(FEATURES, {}).get("featureIds", [])
+    if any("attribute" not in one and "texture" not in one for one in ids):
+        found.append("implicit feature ids")
+    found += [name for name in extensions if name not in HARMLESS]
+    return tuple(dict.fromkeys(found))
+
+
+def attributes(
+    document: Document, rows: list[Rows], faces: Faces, texels: list[dict[int, Texels]]
+) -> list[Attribute]:
+    """All that the rows of a mesh carry, but for what belongs to a skin.
+
+    Parameters
+    ----------
+    document : Document
+    rows : list of Rows
+    faces : (m, 3) int32
+    texels : list of dict
+        For each part what `Textures.texels` tells.
+    """
+    names = dict.fromkeys(name for group in rows for name, _ in group.accessors)
+    found = []
+    for name in names:
+        users = [(group, group.accessor(name)) for group in rows]
+        own = [(group, number) for group, number in users if number is not None and _followed(document, name, number)]
+        if own:
+            values = _values(document, name, own, rows[-1].start + rows[-1].count)
+            kind = _kind(document, name, [number for _, number in own], values, faces)
+            found.append(Attribute(name, kind, values, _steps(name, kind, values, texels)))
+    return found
+
+
+def _followed(document: Document, name: str, number: int) -> bool:
+    return (
+        name not in _OWN_FIELDS
+        and not name.startswith(_SKIN)
+        and document.items("accessors")[number].get("type") in _VECTORS
+    )
+
+
+def _values(document: Document, name: str, own: list[tuple[Rows, int]], count: int) -> NDArray[np.float64]:
+    """Values of all rows, with v upwards, and colours with alpha where some have it."""
+    blocks = [(group, document.numbers(number)) for group, number in own]
+    values = np.full((count, max(block.shape[1] for _, block in blocks)), np.nan)
+    for group, block in blocks:
+        taken = block[: group.count]
+        values[group.start : group.start + len(taken), : taken.shape[1]] = taken
+        if name.startswith("COLOR_") and taken.shape[1] == 3 < values.shape[1]:
+            values[group.start : group.start + len(taken), 3] = 1.0
+    if name.startswith("TEXCOORD_"):
+        values[:, 1] = 1.0 - values[:, 1]
+    return values
+
+
+def _kind(
+    document: Document, name: str, numbers: list[int], values: NDArray[np.float64], faces: Faces
+) -> str:
+    """Whole numbers of our users' own that are the same all over each face name something, as feature ids do."""
+    if name.startswith("TEXCOORD_"):
+        return "uv"
+    if name == "TANGENT":
+        return "tangent"
+    if name.startswith(("_FEATURE_ID_", "_BATCHID")):
+        return "feature"
+    if name.startswith("_") and all(document.step(number) == 1.0 for number in numbers):
+        corners = values[faces]
+        same = (corners == corners[:, :1]) | np.isnan(corners)
+        return "feature" if same.all() else "color"
+    return "color"
+
+
+def _steps(
+    name: str, kind: str, values: NDArray[np.float64], texels: list[dict[int, Texels]]
+) -> NDArray[np.float64]:
+    """Steps of each part that can be told apart."""
+    if kind == "uv":
+        unknown = float(UNKNOWN_TEXELS), float(UNKNOWN_TEXELS)
+        number = int(name.removeprefix("TEXCOORD_"))
+        return np.array([part.get(number, unknown) for part in texels])
+    step = 1.0
+    if name.startswith("COLOR_"):
+        step = COLOR_LEVELS
+    elif kind == "color":
+        step = CUSTOM_LEVELS / (float(np.nanmax(np.abs(values), initial=0.0)) or 1.0)
+    return np.full((len(texels), values.shape[1]), step)

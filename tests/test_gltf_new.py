@@ -1,0 +1,85 @@
+"""glTF made of other formats: valid, and textured as they were."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gltf_cases import png
+from gltf_scene import Contents
+from khronos import issues
+from shapes import box, fine_box, off_text, stl_bytes, write
+
+from bldsimp import Options, simplify_scene
+from bldsimp.io import read
+from bldsimp.io import write as write_scene
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def converted(source: Path, *targets: Path) -> list[Path]:
+    """Simplify a file, and write it in other formats."""
+    scene = read(source, source.suffix[1:])
+    lights, _ = simplify_scene(scene, Options())
+    for target in targets:
+        write_scene(scene, lights, target, target.suffix[1:], Options())
+    return list(targets)
+
+
+def painted_ply() -> bytes:
+    points, faces = fine_box()
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" + "".join(f"property float {n}\n" for n in "xyz")
+    head += "".join(f"property uchar {n}\n" for n in ("red", "green", "blue"))
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    body = "".join(f"{x} {y} {z} 255 0 {int(60 * x)}\n" for x, y, z in points)
+    return (head + body + "".join(f"3 {a} {b} {c}\n" for a, b, c in faces)).encode()
+
+
+def textured_obj(folder: Path) -> Path:
+    """Two boxes in two materials, one with a picture, one with normals that are no face's."""
+    points, faces = box()
+    write(folder / "a.mtl", "newmtl brick\nKd 1 0.5 0\nmap_Kd brick.png\nnewmtl plain\nKd 0 1 0\nd 0.5\n")
+    write(folder / "brick.png", png(16, 16))
+    lines = ["mtllib a.mtl", *(f"v {x} {y} {z}" for x, y, z in np.vstack([points, points + 9.0]))]
+    lines += [f"vt {x / 2} {y / 2}" for x, y, _ in points]
+    lines += [f"vn {x} {y} {z}" for x, y, z in (points - 1.0) / np.sqrt(3.0)]
+    lines += ["usemtl brick", *(f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in faces + 1)]
+    lines += ["usemtl plain", *("f " + " ".join(f"{i + 8}//{i}" for i in face) for face in (faces + 1).tolist())]
+    return write(folder / "a.obj", "\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("name", ["building_a.obj", "house_textured.obj", "ply", "off", "stl", "obj"])
+def test_what_is_made_has_no_error_and_no_warning(name: str, tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    made = {
+        "ply": lambda: write(folder / "a.ply", painted_ply()),
+        "off": lambda: write(folder / "a.off", off_text(*fine_box())),
+        "stl": lambda: write(folder / "a.stl", stl_bytes(*fine_box())),
+        "obj": lambda: textured_obj(folder),
+    }
+    source = made[name]() if name in made else DATA / name
+    assert not any(issues(*converted(source, tmp_path / "out.glb", tmp_path / "out.gltf")))
+
+
+def test_pictures_and_coordinates_come_along(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    [target] = converted(textured_obj(tmp_path / "in"), tmp_path / "out.glb")
+    found = Contents(target)
+    brick, plain = found.json["meshes"][0]["primitives"]
+    assert set(brick["attributes"]) == {"POSITION", "TEXCOORD_0"}
+    assert set(plain["attributes"]) == {"POSITION", "NORMAL"}
+    picture = found.json["images"][0]
+    assert found.view(picture["bufferView"]) == (tmp_path / "in" / "brick.png").read_bytes()
+    points, uv = (found.values(brick["attributes"][key]) for key in ("POSITION", "TEXCOORD_0"))
+    assert np.allclose(uv, np.stack([points[:, 0] / 2, 1.0 - points[:, 1] / 2], axis=1))
+
+
+MODELS = ("cesium_house-3-0.glb", "kaykit_building_H/building_H.gltf", "kenney_building-small-a.glb")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_by_way_of_obj_and_back(name: str, models: Path, tmp_path: Path) -> None:
+    [between] = converted(models / "textured" / name, tmp_path / "between.obj")
+    assert not any(issues(*converted(between, tmp_path / "out.glb")))

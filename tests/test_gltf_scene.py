@@ -1,0 +1,196 @@
+"""A glTF scene comes out as it went in, but for the accessors of what was simplified."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from gltf_cases import CASES, bounded, textured
+from gltf_scene import Contents, scene_of
+from khronos import assert_no_new_issues
+from shapes import Gltf, box, write
+
+from bldsimp import Options, Report, simplify, simplify_scene
+from bldsimp.io import read
+from bldsimp.io import write as write_scene
+
+MODELS = (
+    "cesium_house-3-0.glb", "kaykit_building_H/building_H.gltf", "kenney_building-small-a.glb",
+    "khronos_NegativeScaleTest.glb", "khronos_SimpleInstancing.glb", "trimesh_no_indices_3storybuilding.glb",
+)  # fmt: skip
+
+
+def lightened(source: Path, target: Path, options: Options = Options()) -> Report:  # noqa: B008
+    """Simplify a file."""
+    scene = read(source, source.suffix[1:])
+    lights, report = simplify_scene(scene, options)
+    report.after.bytes = write_scene(scene, lights, target, target.suffix[1:], options).bytes
+    return report
+
+
+def rows_of(primitive: dict[str, Any], names: list[str]) -> set[bytes]:
+    """Corners of a primitive, each by the bytes of all its values."""
+    columns = [np.ascontiguousarray(primitive["attributes"][name]) for name in names]
+    return {b"".join(column[i].tobytes() for column in columns) for i in range(len(columns[0]))}
+
+
+def assert_same_scene(before: dict[str, Any], after: dict[str, Any], fixed: bool = False) -> None:
+    """All is equal but for primitives with fewer corners, each of which was there."""
+    old = [one for mesh in before["meshes"] for one in mesh.pop("primitives")]
+    new = [one for mesh in after["meshes"] for one in mesh.pop("primitives")]
+    assert after == before
+    for one, other in zip(old, new, strict=True):
+        left = {key: value for key, value in other.items() if key not in ("attributes", "types", "mode")}
+        assert left == {key: value for key, value in one.items() if key not in ("attributes", "types", "mode")}
+        names = list(other["attributes"])
+        # Normals that are those of the faces need not be stored.
+        assert set(one["attributes"]) - set(names) <= {"NORMAL"}
+        assert {name: one["types"][name] for name in names} == other["types"]
+        assert len(other["attributes"]["POSITION"]) <= len(one["attributes"]["POSITION"])
+        assert rows_of(other, names) <= rows_of(one, names)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_models_come_out_as_they_went_in(name: str, models: Path, tmp_path: Path) -> None:
+    source = models / "textured" / name
+    target = tmp_path / source.name
+    report = lightened(source, target)
+    assert not report.passed_on
+    assert_same_scene(scene_of(source), scene_of(target))
+    assert report.after.bytes <= report.before.bytes
+    assert target.stat().st_size <= source.stat().st_size
+    others = [tmp_path / f"other.{suffix}" for suffix in ("glb", "gltf")]
+    for other in others:
+        lightened(source, other)
+    assert_no_new_issues(source, target, *others)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_feature_comes_out_as_it_went_in(name: str, tmp_path: Path) -> None:
+    source, target = write(tmp_path / "in.glb", CASES[name]().glb()), tmp_path / "out.glb"
+    report = lightened(source, target)
+    before, after = scene_of(source), scene_of(target)
+    sizes = [[len(p["attributes"]["POSITION"]) for m in s["meshes"] for p in m["primitives"]] for s in (before, after)]
+    assert_same_scene(before, after)
+    if name == "bent":
+        assert [one.name.split(" / ")[0] for one in report.passed_on] == ["flag", "door"]
+        assert sizes[1] == [576, 576, 36]
+    else:
+        assert not report.passed_on
+        assert all(one <= 36 for one in sizes[1])
+    assert target.stat().st_size < source.stat().st_size
+    text = tmp_path / "out.gltf"
+    lightened(source, text)
+    wide = tmp_path / "wide.glb"
+    lightened(source, wide, Options(delimit=frozenset({"material"})))
+    assert_no_new_issues(source, target, text, wide)
+
+
+@pytest.mark.parametrize("name", ["instances", "nodes"])
+def test_a_window_used_five_hundred_times_is_simplified_once(name: str, tmp_path: Path) -> None:
+    source, target = write(tmp_path / "in.glb", CASES[name]().glb()), tmp_path / "out.glb"
+    report = lightened(source, target)
+    assert (report.before.triangles, report.after.triangles) == (192, 12)
+    scene = read(target, "glb")
+    assert [len(mesh.transforms) for mesh in scene.meshes] == [500]
+    assert np.array_equal(scene.meshes[0].transforms, read(source, "glb").meshes[0].transforms)
+
+
+class TestNothingToGain:
+    def test_what_loses_nothing_keeps_its_accessors(self, tmp_path: Path) -> None:
+        document = Gltf()
+        points, faces = simplify(box()).mesh
+        names = {"POSITION": bounded(document, points), "COLOR_0": document.accessor(np.ones((8, 3)))}
+        # Bytes serve for so few vertices, but are not what is written anew.
+        document.mesh({"attributes": names, "indices": document.accessor(faces[::-1].reshape(-1), "u1")})
+        document.mesh(textured(document, shift=5.0))
+        source, target = write(tmp_path / "in.glb", document.glb()), tmp_path / "out.glb"
+        lightened(source, target)
+        before, after = Contents(source), Contents(target)
+        primitives = [one.json["meshes"][0]["primitives"][0] for one in (before, after)]
+        for number, other in zip(*(slots(one) for one in primitives), strict=True):
+            assert {**before.json["accessors"][number], "bufferView": 0} == {
+                **after.json["accessors"][other], "bufferView": 0
+            }  # fmt: skip
+            assert np.array_equal(before.values(number), after.values(other))
+        assert len(after.values(after.json["meshes"][1]["primitives"][0]["indices"])) == 36
+
+    def test_meshes_of_the_same_numbers_share_them(self, tmp_path: Path) -> None:
+        document = Gltf()
+        red, blue = textured(document), textured(document, name="blue")
+        document.mesh(red)
+        document.mesh({**red, "material": blue["material"]}, node={"translation": [9, 0, 0]})
+        source, target = write(tmp_path / "in.glb", document.glb()), tmp_path / "out.glb"
+        lightened(source, target)
+        one, other = (mesh["primitives"][0] for mesh in Contents(target).json["meshes"])
+        assert slots(one) == slots(other)
+        assert_same_scene(scene_of(source), scene_of(target))
+
+
+def slots(primitive: dict[str, Any]) -> list[int]:
+    """Accessors of a primitive."""
+    return [*primitive["attributes"].values(), primitive["indices"]]
+
+
+class TestSeveralBuffers:
+    """Files beside a document that lose nothing stay as they are."""
+
+    def document(self, folder: Path) -> Path:
+        """A document whose picture and animation stand in buffers of their own, and one picture in a file."""
+        document = CASES["everything around"]()
+        json_, data = json.loads(json.dumps(document.json)), bytes(document.data)
+        json_["buffers"] = []
+        picture = json_["images"][0]["bufferView"]
+        moving = {json_["accessors"][n]["bufferView"] for n in json_["animations"][0]["samplers"][0].values()}
+        groups = {"shape.bin": set(range(len(json_["bufferViews"]))) - moving - {picture}, "sub/move.bin": moving}
+        groups["picture.bin"] = {picture}
+        (folder / "sub").mkdir()
+        for number, (name, views) in enumerate(groups.items()):
+            body = b""
+            for index in sorted(views):
+                view = json_["bufferViews"][index]
+                start = view["byteOffset"]
+                view.update(buffer=number, byteOffset=len(body))
+                body += data[start : start + view["byteLength"]] + bytes(-view["byteLength"] % 4)
+            write(folder / name, body)
+            json_["buffers"].append({"uri": name, "byteLength": len(body), "name": name})
+        return write(folder / "in.gltf", json.dumps(json_))
+
+    def test_only_what_changes_is_written_anew(self, tmp_path: Path) -> None:
+        source = self.document(tmp_path)
+        files = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+        before = scene_of(source)
+        lightened(source, tmp_path / "out.gltf")
+        assert {path: path.read_bytes() for path in files} == files
+        json_ = json.loads((tmp_path / "out.gltf").read_text())
+        assert [entry["uri"] for entry in json_["buffers"]] == ["out.bin", "sub/move.bin", "picture.bin"]
+        assert [entry["name"] for entry in json_["buffers"]] == ["shape.bin", "sub/move.bin", "picture.bin"]
+        assert_same_scene(before, scene_of(tmp_path / "out.gltf"))
+        assert_no_new_issues(source, tmp_path / "out.gltf")
+
+    def test_they_come_along_to_another_folder(self, tmp_path: Path) -> None:
+        folder, target = tmp_path / "in", tmp_path / "out" / "picture.gltf"
+        folder.mkdir()
+        target.parent.mkdir()
+        source = self.document(folder)
+        lightened(source, target)
+        # The new buffer must not take the name of one that stays.
+        json_ = json.loads(target.read_text())
+        assert [entry["uri"] for entry in json_["buffers"]] == ["light_picture.bin", "move.bin", "picture.bin"]
+        assert (target.parent / "picture.bin").read_bytes() == (folder / "picture.bin").read_bytes()
+        assert_same_scene(scene_of(source), scene_of(target))
+
+    def test_over_itself_and_into_a_glb(self, tmp_path: Path) -> None:
+        source = self.document(tmp_path)
+        before = scene_of(source)
+        lightened(source, tmp_path / "out.glb")
+        assert_same_scene(scene_of(source), scene_of(tmp_path / "out.glb"))
+        assert len(scene_of(tmp_path / "out.glb")["images"]) == 1
+        large = (tmp_path / "shape.bin").stat().st_size
+        lightened(source, source)
+        assert next(entry["uri"] for entry in json.loads(source.read_text())["buffers"]) == "shape.bin"
+        assert (tmp_path / "shape.bin").stat().st_size < large / 3
+        assert_same_scene(before, scene_of(source))

@@ -1,0 +1,104 @@
+"""Pictures do not change: textured models look the same from eight sides before and after, in every format."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from conftest import ROOT, models_folder
+
+pytest.importorskip("PIL", reason="the extra 'pictures' is not installed")
+sys.path.insert(0, str(ROOT / "examples"))
+
+from buildings.tessellate import tessellate
+from buildings.textured_house import colours, terrace
+from textured.difference import LOCAL, MEAN, Difference, Views, difference
+from textured.model import Model
+from textured.read import is_gltf
+from textured.read import read as read_model
+
+from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp.io import read
+from bldsimp.io import write as write_scene
+
+LOCAL_MOVED = 0.15
+"""The same where points may move by a quarter of a pixel, and what is smaller may go."""
+
+HOUSE = ROOT / "data" / "house_textured.glb"
+HOUSE_OBJ = HOUSE.with_suffix(".obj")
+TEXTURED = sorted(
+    path for path in (models_folder() / "textured").rglob("*") if path.suffix in (".glb", ".gltf", ".obj")
+)
+OUR_WAYS = [
+    pytest.param(source, suffix, id=f"{source.suffix[1:]}-{suffix}")
+    for source in (HOUSE, HOUSE_OBJ)
+    for suffix in ("glb", "gltf", "obj")
+]
+
+
+def without_light(model: Model) -> Model:
+    """What formats without a second map can show: a loss that is told."""
+    return replace(model, materials=[replace(material, occlusion=None) for material in model.materials])
+
+
+@lru_cache
+def views_of(path: Path, lit: bool) -> Views:
+    """Views of an original; drawn once."""
+    model = read_model(path)
+    return Views.of(model if lit else without_light(model))
+
+
+def seen_apart(source: Path, target: Path, tolerance: Tolerance) -> Difference:
+    """Simplify a file, and compare what the files show."""
+    scene = read(source, source.suffix[1:].lower())
+    options = Options(tolerance=tolerance)
+    lights, _ = simplify_scene(scene, options)
+    write_scene(scene, lights, target, target.suffix[1:], options)
+    before = views_of(source, is_gltf(target))
+    # No format turns the model: what stands y up does so in a format that does not, too.
+    found = difference(before, Views.of(read_model(target, y_up=is_gltf(source)), before))
+    print(f"{source.name} -> {target.suffix[1:]}: mean {found.mean:.2e}, local {found.local:.2e} in {found}")
+    return found
+
+
+@pytest.mark.parametrize(("source", "suffix"), OUR_WAYS)
+def test_our_house_looks_the_same(source: Path, suffix: str, tmp_path: Path) -> None:
+    found = seen_apart(source, tmp_path / f"light.{suffix}", Tolerance())
+    assert found.mean < MEAN
+    assert found.local < LOCAL
+
+
+@pytest.mark.parametrize(("source", "suffix"), [(HOUSE, "glb"), (HOUSE_OBJ, "obj")])
+def test_our_house_looks_the_same_within_a_wide_tolerance(source: Path, suffix: str, tmp_path: Path) -> None:
+    found = seen_apart(source, tmp_path / f"light.{suffix}", Tolerance(0.1, "percent"))
+    assert found.mean < MEAN
+    assert found.local < LOCAL_MOVED
+
+
+@pytest.mark.parametrize("suffix", ["ply", "glb", "obj"])
+@pytest.mark.parametrize("on", ["vertices", "faces"])
+def test_colours_of_a_ply_look_the_same(on: str, suffix: str, tmp_path: Path) -> None:
+    points, faces = tessellate(terrace(), 0.4)
+    mesh = trimesh.Trimesh(points, faces, process=False)
+    if on == "vertices":
+        mesh.visual.vertex_colors = np.round(255 * colours(points)).astype(np.uint8)
+    else:
+        mesh.visual.face_colors = np.round(255 * colours(np.round(mesh.triangles_center))).astype(np.uint8)
+    source = tmp_path / "coloured.ply"
+    mesh.export(source)
+    found = seen_apart(source, tmp_path / f"light.{suffix}", Tolerance())
+    assert found.mean < MEAN
+    assert found.local < LOCAL
+
+
+@pytest.mark.parametrize("tolerance", [Tolerance(), Tolerance(0.1, "percent")], ids=["auto", "wide"])
+@pytest.mark.parametrize("source", TEXTURED, ids=lambda path: path.name)
+def test_third_party_models_look_the_same(source: Path, tolerance: Tolerance, tmp_path: Path) -> None:
+    found = seen_apart(source, tmp_path / f"light{source.suffix}", tolerance)
+    assert found.mean < MEAN
+    assert found.local < (LOCAL if tolerance == Tolerance() else LOCAL_MOVED)
