@@ -18,7 +18,7 @@ from bldsimp.batch import resume
 from bldsimp.batch.groups import groups_of
 from bldsimp.batch.inputs import Layout, find_inputs, names_in, plan
 from bldsimp.batch.manifest import open_manifest, read_manifest
-from bldsimp.batch.memory import parse_bytes, share_of
+from bldsimp.batch.memory import jobs_for, parse_bytes, share_of
 from bldsimp.batch.pool import Group, _Line
 from bldsimp.batch.row import DONE, Row, escaped, failure, unescaped
 from bldsimp.batch.storage import join
@@ -146,6 +146,12 @@ class TestMemory:
         with pytest.raises(UsageError, match="no amount"):
             parse_bytes(text)
 
+    @given(st.integers(200 * 10**6, 10**12), st.integers(1, 256))
+    def test_no_more_jobs_than_there_is_memory_for(self, memory: int, cores: int) -> None:
+        jobs = jobs_for(memory, cores)
+        assert 1 <= jobs <= cores
+        share_of(memory, jobs)
+
     def test_shares_leave_room_for_the_workers_themselves(self) -> None:
         together, each = share_of(8 * 10**9, 4)
         assert 4 * each <= together < 8 * 10**9
@@ -171,6 +177,15 @@ class TestManifest:
         path = tmp_path / "manifest.jsonl"
         path.write_bytes(row_of(task("a")).to_line() + damage + row_of(task("b")).to_line())
         assert list(self.lines(path)) == ["a", "b"]
+
+    def test_fields_of_a_later_version_are_left_out(self, tmp_path: Path) -> None:
+        path = tmp_path / "manifest.jsonl"
+        line = row_of(task("a")).to_line().replace(b"}\n", b',"colour":"red"}\n')
+        path.write_bytes(line)
+        manifest = open_manifest(str(path), resume=True, overwrite=False)
+        assert [row.input for row in manifest.rows()] == ["a"]
+        manifest.close()
+        assert path.read_bytes() == line
 
     def test_one_that_exists_is_kept_unless_said(self, tmp_path: Path) -> None:
         path = tmp_path / "manifest.jsonl"
