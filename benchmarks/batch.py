@@ -64,9 +64,8 @@ def batch(*words: object, check: bool = True) -> subprocess.CompletedProcess[byt
 
 
 def names_of(folder: Path, count: int) -> list[Path]:
-    """So many of the buildings, spread over all."""
-    paths = sorted(folder.rglob("building_*"))
-    return paths[:: max(1, len(paths) // count)][:count]
+    """So many of the buildings, by chance."""
+    return random.Random(1).sample(sorted(folder.rglob("building_*")), count)
 
 
 @contextmanager
@@ -76,14 +75,23 @@ def scratch() -> Iterator[Path]:
         yield Path(folder)
 
 
-def warm(paths: list[Path]) -> tuple[float, float]:
-    """Seconds for each file of one warm process that calls `simplify_file`: of the clock, and of the processor."""
+def warm(paths: list[Path], processes: int) -> tuple[float, float]:
+    """Files a second of warm processes that call `simplify_file` side by side, and processor seconds of a file."""
     with scratch() as out:
-        listed = "\n".join(map(str, paths))
-        command = [sys.executable, "-c", WARM, str(out)]
-        told = subprocess.run(command, input=listed, capture_output=True, text=True, check=True)
-    clock, processor = map(float, told.stdout.split())
-    return clock / len(paths), processor / len(paths)
+        running = []
+        for i in range(processes):
+            (out / str(i)).mkdir()
+            command = [sys.executable, "-c", WARM, str(out / str(i))]
+            running.append(subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True))
+        told = []
+        for i, process in enumerate(running):
+            assert process.stdin is not None
+            process.stdin.write("\n".join(map(str, paths[i::processes])))
+            process.stdin.close()
+        for process in running:
+            assert process.stdout is not None
+            told.append([float(word) for word in process.stdout.read().split()])
+    return len(paths) / max(clock for clock, _ in told), sum(used for _, used in told) / len(paths)
 
 
 def resident(root: int) -> int:
@@ -108,12 +116,13 @@ def resident(root: int) -> int:
 
 
 def throughput(models: Path, count: int) -> str:
-    """The whole batch beside one warm process before and after it; memory at each tenth of the way."""
+    """The whole batch beside warm processes before and after it; memory at each tenth of the way."""
     cores = len(os.sched_getaffinity(0))
     sample = names_of(models, SAMPLE)
-    before = warm(sample)
+    before = warm(sample, 1), warm(sample, cores)
     with scratch() as out:
         levels: list[tuple[int, int]] = []
+        leading = 0.0
         manifest = out / "light" / "manifest.jsonl"
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
         start = time.perf_counter()
@@ -121,39 +130,51 @@ def throughput(models: Path, count: int) -> str:
         while process.poll() is None:
             time.sleep(0.5)
             ended = manifest.read_bytes().count(b"\n") if manifest.exists() else 0
+            if process.poll() is None:
+                leading = processor_seconds(process.pid)
             if ended * 10 // count >= len(levels) and process.poll() is None:
                 levels.append((ended, resident(process.pid)))
         seconds = time.perf_counter() - start
         after_use = resource.getrusage(resource.RUSAGE_CHILDREN)
         rows = list(read_manifest(str(manifest)))
         manifest_bytes = manifest.stat().st_size
-    after = warm(sample)
+    after = warm(sample, 1), warm(sample, cores)
     processor = after_use.ru_utime + after_use.ru_stime - used.ru_utime - used.ru_stime
     assert sum(not row.failed for row in rows) == count
-    clock_warm, processor_warm = (before[0] + after[0]) / 2, (before[1] + after[1]) / 2
+    one, beside = ((before[i][0] + after[i][0]) / 2 for i in (0, 1))
+    used_warm = (before[1][1] + after[1][1]) / 2
     triangles = sum(row.triangles_before or 0 for row in rows)
     lines = [
         f"{count:,} buildings, {triangles:,} triangles, {sum(row.input_bytes for row in rows) / 1e6:,.0f} MB,"
         f" on {cores} cores.",
         "",
         table(
-            ["", "files/s", "ms of a file", "processor ms of a file"],
+            ["", "files/s", "processor ms of a file"],
             [
-                ["one warm process, before", 1 / before[0], 1e3 * before[0], 1e3 * before[1]],
-                [f"batch, {cores} jobs, whole", count / seconds, 1e3 * seconds / count, 1e3 * processor / count],
-                ["one warm process, after", 1 / after[0], 1e3 * after[0], 1e3 * after[1]],
+                ["one warm process, before", before[0][0], 1e3 * before[0][1]],
+                [f"{cores} warm processes side by side, before", before[1][0], 1e3 * before[1][1]],
+                [f"batch, {cores} jobs, from start to end", count / seconds, 1e3 * processor / count],
+                ["one warm process, after", after[0][0], 1e3 * after[0][1]],
+                [f"{cores} warm processes side by side, after", after[1][0], 1e3 * after[1][1]],
             ],
         ),
         "",
-        f"Throughput: {clock_warm * count / seconds / cores:.3f} x cores x that of the warm process; by processor time,"
-        f" which others on the machine lengthen less, {processor_warm * count / processor:.3f}. The batch hashes every"
-        " input and output besides.",
+        f"Throughput of the batch: {count / seconds / one / cores:.3f} x cores x that of one warm process,"
+        f" {count / seconds / beside:.3f} x that of {cores} side by side; by processor time"
+        f" {used_warm * count / processor:.3f} x. The batch hashes every input and output besides.",
         "",
-        f"The manifest has {manifest_bytes / count:.0f} bytes for each file.",
+        f"The process that leads takes {1e6 * leading / count:.0f} us of the processor for each file, its start"
+        f" included; the manifest has {manifest_bytes / count:.0f} bytes for each.",
         "",
         table(["files", "memory of all processes, MB"], [[ended, level / 1e6] for ended, level in levels]),
     ]
     return "\n".join(lines)
+
+
+def processor_seconds(process: int) -> float:
+    """What a process itself has had of the processor."""
+    words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def loop(models: Path) -> str:
@@ -196,19 +217,21 @@ def kills(models: Path) -> str:
         for path in some:
             (linked / path.name).symlink_to(path)
         batch(linked, out / "whole", "--to", "glb", "-q")
-        recorded = []
+        manifest = out / "light" / "manifest.jsonl"
+        recorded = [0]
         for _ in range(10):
             process = subprocess.Popen([*OURS, "batch", linked, out / "light", "--to", "glb", "--resume", "-q"])
-            time.sleep(moment.uniform(0.5, 2.0))
+            while not manifest.exists() or manifest.read_bytes().count(b"\n") <= recorded[-1]:
+                time.sleep(0.01)
+            time.sleep(moment.uniform(0.0, 1.0))
             process.kill()
             process.wait()
-            manifest = out / "light" / "manifest.jsonl"
-            recorded.append(sum(1 for _ in read_manifest(str(manifest))) if manifest.exists() else 0)
+            recorded.append(manifest.read_bytes().count(b"\n"))
         batch(linked, out / "light", "--to", "glb", "--resume", "-q")
-        names = [row.input for row in read_manifest(str(out / "light" / "manifest.jsonl")) if not row.failed]
+        names = [row.input for row in read_manifest(str(manifest)) if not row.failed]
         same = results(out / "light") == results(out / "whole")
     return (
-        f"{len(some):,} files, killed when {', '.join(map(str, recorded))} rows were recorded, then resumed:"
+        f"{len(some):,} files, killed when {', '.join(map(str, recorded[1:]))} rows were recorded, then resumed:"
         f" results {'are the same bytes as' if same else 'DIFFER from'} those of a whole run,"
         f" {len(names):,} rows for {len(set(names)):,} files."
     )

@@ -10,7 +10,7 @@ set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-.venv/bin/python}
 models=${BLDSIMP_MODELS:-../shared/models}
-chosen=" ${*:-block triangulation anchors decimation tolerance normals startup textured models} "
+chosen=" ${*:-block triangulation anchors decimation tolerance normals startup textured batch models} "
 
 section() { # NAME TITLE SCRIPT ARGUMENT...
     case $chosen in *" $1 "*) ;; *) return 0 ;; esac
@@ -35,5 +35,6 @@ fi
 section normals "Walls that look like walls" normals.py
 section startup "From start to end" startup.py
 section textured "A textured GLB from start to end" textured.py
+section batch "Many files" batch.py
 section models "Every model" models.py
 section models "Every model, textures and colours dropped" models.py --delimit none --tolerance auto

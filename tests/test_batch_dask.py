@@ -109,7 +109,7 @@ def test_bad_files_cost_no_other(tmp_path: Path, cluster_of: list[Cluster]) -> N
     environment = misbehaving(tmp_path / "site", SMALL_GROUPS)
     cluster = Cluster(tmp_path, environment)
     cluster_of.append(cluster)
-    words = ("--scheduler", cluster.address, "--timeout", "3", "--memory", "300M")
+    words = ("--scheduler", cluster.address, "--timeout", "2", "--memory", "300M")
     assert run(models, light, *words, env=environment).returncode == 1
     assert {name: (row["kind"], row["attempts"]) for name, row in failed(light / "manifest.jsonl").items()} == {
         "hangs.obj": ("timeout", 2), "crashes.obj": ("crash", 2), "grows.obj": ("memory", 2), "bad.obj": ("input", 2),

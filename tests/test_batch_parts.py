@@ -13,14 +13,15 @@ from batch_runs import buildings
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bldsimp import Options, UsageError
+from bldsimp import Options, UsageError, __version__
 from bldsimp.batch import resume
 from bldsimp.batch.groups import groups_of
 from bldsimp.batch.inputs import Layout, find_inputs, names_in, plan
 from bldsimp.batch.manifest import open_manifest, read_manifest
-from bldsimp.batch.memory import parse_bytes, share_of
+from bldsimp.batch.memory import jobs_for, parse_bytes, share_of
 from bldsimp.batch.pool import Group, _Line
 from bldsimp.batch.row import DONE, Row, escaped, failure, unescaped
+from bldsimp.batch.storage import join
 from bldsimp.batch.task import Order, Task, recipe
 from bldsimp.batch.worker import simplified
 from bldsimp.cli import main
@@ -30,14 +31,14 @@ names = st.binary(min_size=1, max_size=20).map(os.fsdecode)
 
 
 def task(name: str, size: int = 1, mtime: int = 1) -> Task:
-    return Task(name, f"/in/{name}", f"{name}.glb", f"/out/{name}.glb", "obj", "glb", size, mtime)
+    return Task("/in", name, "/out", f"{name}.glb", "obj", "glb", size, mtime)
 
 
 def row_of(task: Task, output_bytes: int = 1) -> Row:
     """The row of a task that is done."""
     row = failure(task, "input", "")
     row.status, row.kind, row.error, row.output_bytes = DONE, None, None, output_bytes
-    row.options, row.version = recipe(Options()), Order([], Options(), False).version
+    row.options, row.version = recipe(Options()), __version__
     return row
 
 
@@ -80,7 +81,7 @@ class TestInputs:
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / name).touch()
         inputs = find_inputs([str(tmp_path / pattern)], str(tmp_path / "out"))
-        assert [os.path.relpath(each.source, tmp_path) for each in inputs] == found
+        assert [os.path.relpath(join(each.root, each.entry.name), tmp_path) for each in inputs] == found
 
     def test_an_input_that_is_named_twice_is_one(self, tmp_path: Path) -> None:
         folder = buildings(tmp_path / "models", 3)
@@ -145,6 +146,12 @@ class TestMemory:
         with pytest.raises(UsageError, match="no amount"):
             parse_bytes(text)
 
+    @given(st.integers(200 * 10**6, 10**12), st.integers(1, 256))
+    def test_no_more_jobs_than_there_is_memory_for(self, memory: int, cores: int) -> None:
+        jobs = jobs_for(memory, cores)
+        assert 1 <= jobs <= cores
+        share_of(memory, jobs)
+
     def test_shares_leave_room_for_the_workers_themselves(self) -> None:
         together, each = share_of(8 * 10**9, 4)
         assert 4 * each <= together < 8 * 10**9
@@ -170,6 +177,15 @@ class TestManifest:
         path = tmp_path / "manifest.jsonl"
         path.write_bytes(row_of(task("a")).to_line() + damage + row_of(task("b")).to_line())
         assert list(self.lines(path)) == ["a", "b"]
+
+    def test_fields_of_a_later_version_are_left_out(self, tmp_path: Path) -> None:
+        path = tmp_path / "manifest.jsonl"
+        line = row_of(task("a")).to_line().replace(b"}\n", b',"colour":"red"}\n')
+        path.write_bytes(line)
+        manifest = open_manifest(str(path), resume=True, overwrite=False)
+        assert [row.input for row in manifest.rows()] == ["a"]
+        manifest.close()
+        assert path.read_bytes() == line
 
     def test_one_that_exists_is_kept_unless_said(self, tmp_path: Path) -> None:
         path = tmp_path / "manifest.jsonl"
@@ -241,7 +257,9 @@ class TestUrls:
         manifest = open_manifest("memory://light/manifest.jsonl", resume=True, overwrite=False)
         assert manifest.empty
         for each in todo.tasks:
-            manifest.append(simplified(each, Order([each], Options(), overwrite=False)))
+            row = simplified(each, Order([each], Options(), overwrite=False))
+            row.options, row.version = recipe(Options()), __version__
+            manifest.append(row)
         manifest.close()
         rows = list(read_manifest("memory://light/manifest.jsonl"))
         assert {row.input for row in rows} == {str(path.relative_to(folder)) for path in folder.rglob("*.*")}

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from ..errors import UsageError
 from ..io.read import SUFFIXES
-from .row import Row, failure
-from .storage import Entry, Storage, is_url, storage_of, whole
+from .row import FAILED, Row
+from .storage import Entry, Storage, is_url, join, storage_of, whole
 from .task import Task
 
 _WILD = re.compile(r"[*?\[]")
@@ -21,9 +21,9 @@ _FIELDS = ("stem", "ext", "from")
 
 
 class Found(NamedTuple):
-    """An input: its whole path or URL, and what is known of it."""
+    """An input: the path or URL of a folder, and what is known of the file beneath it."""
 
-    source: str
+    root: str
     entry: Entry
 
 
@@ -56,15 +56,14 @@ class Layout:
         if self.to is not None and self.to not in SUFFIXES:
             raise UsageError(f"--to: format '{self.to}' cannot be written: use one of {', '.join(SUFFIXES)}")
 
-    def task(self, found: Found, storage: Storage) -> Task:
+    def task(self, found: Found) -> Task:
         """What is to be done with an input; its format may still be one that cannot be written."""
         path = PurePosixPath(found.entry.name)
         from_ = self.from_ or path.suffix[1:].lower()
         to = self.to or from_
         name = self.name.format_map({"stem": path.stem, "ext": to, "from": from_})
         output = str(path.with_name(name))
-        target = storage.join(self.root, output)
-        return Task(path.as_posix(), found.source, output, target, from_, to, found.entry.size, found.entry.mtime)
+        return Task(found.root, found.entry.name, self.root, output, from_, to, found.entry.size, found.entry.mtime)
 
 
 @dataclass
@@ -102,8 +101,8 @@ def find_inputs(sources: Iterable[str], out: str) -> Iterator[Found]:
         elif _WILD.search(source) and storage.entry(source, source).refusal:
             yield from _found(storage, *_split(source), (), out)
         else:
-            name = source.split("://")[1] if is_url(source) else _name(source)
-            yield Found(source, storage.entry(source, name))
+            root, name = _named(source)
+            yield Found(root, storage.entry(source, name))
 
 
 def plan(inputs: Iterable[Found], layout: Layout) -> Plan:
@@ -114,15 +113,14 @@ def plan(inputs: Iterable[Found], layout: Layout) -> Plan:
     UsageError
         Where two inputs would write the same file, one would be overwritten, or no format to write is known.
     """
-    storage = storage_of(layout.root)
     result = Plan()
     sources: dict[str, str] = {}
     seen: set[str] = set()
     for found in inputs:
-        task = layout.task(found, storage)
         if found.entry.refusal:
-            result.refused.append(failure(task, "refused", found.entry.refusal))
+            result.refused.append(Row(found.entry.name or ".", "", FAILED, "refused", found.entry.refusal))
             continue
+        task = layout.task(found)
         if task.to not in SUFFIXES:
             how = f"format '{task.to}' cannot be written: give --to" if task.to else "has no suffix: give --from"
             raise UsageError(f"{task.source}: {how} with one of {', '.join(SUFFIXES)}")
@@ -162,9 +160,9 @@ def _found(storage: Storage, root: str, pattern: str, suffixes: tuple[str, ...],
     none = True
     for entry in storage.find(root, wanted, out):
         none = False
-        yield Found(storage.join(root, entry.name), entry)
+        yield Found(root, entry)
     if none:
-        raise UsageError(f"{storage.join(root, pattern)}: there is no such file")
+        raise UsageError(f"{join(root, pattern)}: there is no such file")
 
 
 def _split(glob: str) -> tuple[str, str]:
@@ -189,10 +187,14 @@ def _set(piece: str) -> str:
     return f"[^{inside[1:]}]" if inside[0] in "!^" else f"[{inside}]"
 
 
-def _name(path: str) -> str:
-    """A path from the working directory, or the whole path without its first slash where that leads out of it."""
+def _named(path: str) -> tuple[str, str]:
+    """The root and the name of a file: beneath the working directory if it is there, else beneath the top."""
+    if is_url(path):
+        scheme, _, rest = path.partition("://")
+        bucket, _, name = rest.partition("/")
+        return f"{scheme}://{bucket}", name
     relative = os.path.relpath(path)
-    return relative if relative.split("/")[0] != ".." else path[1:]
+    return (os.getcwd(), relative) if relative.split("/")[0] != ".." else ("/", path[1:])
 
 
 def _place(path: str) -> str:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
+from itertools import chain
 from typing import Protocol
 
 from ..errors import InputError, OutputError, UsageError
@@ -17,8 +18,6 @@ from .storage import Remote, is_url, local, storage_of
 
 SYNC_SECONDS = 5.0
 """A row stands on the disk, or behind the URL, after this long at the latest."""
-
-BLOCK_BYTES = 1 << 20
 
 
 class Manifest(Protocol):
@@ -73,7 +72,7 @@ def read_manifest(text: str) -> Iterator[Row]:
         stream = open(local(text), "rb")  # noqa: SIM115
     except OSError as error:
         raise InputError(f"{text}: cannot be read: {error.strerror}") from None
-    return (row for row, _ in _rows(stream))
+    return chain.from_iterable(map(_row, stream))
 
 
 class Lines:
@@ -99,13 +98,15 @@ class Lines:
         self._end = 0
 
     def rows(self) -> Iterator[Row]:
-        """Rows of earlier runs; what a torn write left after the last one is cut."""
+        """Rows of earlier runs; what was torn off a last line is cut."""
         self._file.seek(0)
         end = 0
         # The descriptor is the lock, and stays; the buffer is for reading alone.
         with open(os.dup(self._file.fileno()), "rb") as stream:
-            for row, end in _rows(stream):  # noqa: B007
-                yield row
+            for line in stream:
+                if line.endswith(b"\n"):
+                    end += len(line)
+                    yield from _row(line)
         self._cut(end)
 
     def append(self, row: Row) -> None:
@@ -147,7 +148,7 @@ class Parts:
         self._lines: list[bytes] = []
         self._written = time.monotonic()
         self._parts = sorted(self._system.glob(url + ".[0-9]*"))
-        self._next = len(self._parts) + 1
+        self._next = 1 + int(self._parts[-1].rpartition(".")[2] if self._parts else 0)
 
     @property
     def empty(self) -> bool:
@@ -161,16 +162,20 @@ class Parts:
     def rows(self) -> Iterator[Row]:
         for part in self._parts:
             with self._system.open(part, "rb") as stream:
-                yield from (row for row, _ in _rows(stream))
+                for line in stream:
+                    yield from _row(line)
 
     def append(self, row: Row) -> None:
         """Add a row to the part that is to be written next."""
         self._lines.append(row.to_line())
         if time.monotonic() - self._written > SYNC_SECONDS:
-            self.close()
+            self._write()
 
     def close(self) -> None:
-        """Write the part."""
+        self._write()
+
+    def _write(self) -> None:
+        """Write the part, if it has rows."""
         self._written = time.monotonic()
         if not self._lines:
             return
@@ -183,16 +188,12 @@ class Parts:
         self._lines, self._next = [], self._next + 1
 
 
-def _rows(stream: Iterable[bytes]) -> Iterator[tuple[Row, int]]:
-    """Rows, each with the bytes up to its end; what is no row (a torn write, then more) is left out."""
-    end = 0
-    for line in stream:
-        end += len(line)
-        if line.endswith(b"\n"):
-            try:
-                yield Row.from_line(line), end
-            except ValueError:
-                continue
+def _row(line: bytes) -> Iterator[Row]:
+    """The row of a line, if it holds one: what a crash of the machine left in between costs no other."""
+    try:
+        yield Row.from_line(line)
+    except ValueError:
+        return
 
 
 def _lock(descriptor: int, path: str) -> None:

@@ -94,7 +94,7 @@ class Row:
         """
         values = json.loads(line)
         try:
-            row = cls(**values)
+            row = cls(**{name: value for name, value in values.items() if name in cls.__dataclass_fields__})
             row.input, row.output = unescaped(row.input), unescaped(row.output)
             row.beside = [each | {"name": unescaped(each["name"])} for each in row.beside]
         except (TypeError, AttributeError, KeyError):

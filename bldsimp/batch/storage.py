@@ -74,8 +74,6 @@ class Storage(Protocol):
     def writing(self, path: str) -> Any:
         """Context of a path of this machine; the files that are there at the end appear whole."""
 
-    def join(self, root: str, name: str) -> str: ...
-
     def clear(self, folder: str) -> None:
         """Remove what processes that were killed left in a folder."""
 
@@ -93,6 +91,11 @@ def local(text: str) -> str:
 def whole(text: str) -> str:
     """A path from the top, without the scheme ``file``; a URL as it is."""
     return text if is_url(text) else os.path.abspath(local(text))
+
+
+def join(root: str, name: str) -> str:
+    """The path or URL of a name beneath a root."""
+    return f"{root.rstrip('/')}/{name}"
 
 
 def storage_of(text: str) -> Storage:
@@ -183,9 +186,6 @@ class Disk:
             raise OutputError(f"{target.parent}: cannot be made: {error.strerror}") from error
         yield target
 
-    def join(self, root: str, name: str) -> str:
-        return os.path.join(root, name)
-
     def clear(self, folder: str) -> None:
         clear_leftovers(Path(folder))
 
@@ -252,9 +252,6 @@ class Remote:
                     self.system.put_file(os.path.join(folder, each), f"{root}/{each}")
             except OSError as error:
                 raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
-
-    def join(self, root: str, name: str) -> str:
-        return f"{root.rstrip('/')}/{name}"
 
     def clear(self, folder: str) -> None:
         """Nothing: what is not whole does not appear."""

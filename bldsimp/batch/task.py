@@ -5,25 +5,23 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import dataclass
+from typing import Any
 
 from .. import __version__
 from ..options import DEFAULTS, Options
+from .storage import join
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Task:
     """One file to be made light.
 
     Attributes
     ----------
-    name : str
-        Of the input beneath its root, with ``/`` between; what the manifest knows it by.
-    source : str
-        Path or URL of the input.
-    output : str
-        Name of the output beneath the folder of outputs.
-    target : str
-        Path or URL of the output.
+    root, name : str
+        Path or URL of a folder, and the input's name beneath it, which the manifest knows it by.
+    target_root, output : str
+        The same of the result.
     from_, to : str
         Formats.
     size : int
@@ -34,15 +32,25 @@ class Task:
         It has failed once and is tried by itself.
     """
 
+    root: str
     name: str
-    source: str
+    target_root: str
     output: str
-    target: str
     from_: str
     to: str
     size: int = 0
     mtime: int = 0
     again: bool = False
+
+    @property
+    def source(self) -> str:
+        """Path or URL of the input."""
+        return join(self.root, self.name)
+
+    @property
+    def target(self) -> str:
+        """Path or URL of the result."""
+        return join(self.target_root, self.output)
 
 
 @dataclass(frozen=True)
@@ -75,4 +83,9 @@ def recipe(options: Options) -> str:
         for field in dataclasses.fields(options)
         if getattr(options, field.name) != getattr(DEFAULTS, field.name)
     }
-    return json.dumps(changed, sort_keys=True, default=vars)
+    return json.dumps(changed, sort_keys=True, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """What JSON can say of an option: the words of a set in order, the fields of a class."""
+    return sorted(value) if isinstance(value, frozenset) else vars(value)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import errno
+import logging
 import os
 import select
 import signal
@@ -28,7 +29,7 @@ from ..errors import BldsimpError, InputError, InternalError, OutputError, Usage
 from ..report import one_line
 from .row import DONE, Row, failure
 from .storage import digest, storage_of
-from .task import Order, Task, recipe
+from .task import Order, Task
 
 START_SECONDS = 300.0
 """A worker that has not loaded its modules by then never will."""
@@ -158,6 +159,8 @@ def serve(descriptor: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     from .. import _core, file  # noqa: F401  # loaded before the first file's time runs
 
+    # What trimesh says of a file that it cannot read ends in our own one line.
+    logging.getLogger("trimesh").addHandler(logging.NullHandler())
     _core.limit_threads(1)
     threading.Thread(target=_leave_with, args=(descriptor,), daemon=True).start()
     connection = Connection(descriptor)
@@ -184,6 +187,8 @@ def simplified(task: Task, order: Order) -> Row:
     try:
         _limit_memory(order.memory)
         row = _simplified(task, order)
+        # What cannot be written down must cost this file alone.
+        row.to_line()
     except MemoryError:
         most = f"{order.memory / 1e6:,.0f} MB" if order.memory else "memory"
         row = failure(task, "memory", f"needs more than the {most} that it may use: give --memory more")
@@ -196,7 +201,6 @@ def simplified(task: Task, order: Order) -> Row:
     except Exception as error:
         row = failure(task, "internal", f"{type(error).__name__}: {error}")
     row.seconds = round(time.perf_counter() - start, 4)
-    row.options, row.version = recipe(order.options), __version__
     return row
 
 

@@ -139,12 +139,12 @@ def _run(sources: Sequence[str], layout: Layout, manifest: str | None, options: 
     from ..batch.inputs import find_inputs, plan
     from ..batch.manifest import open_manifest
     from ..batch.run import run_batch
-    from ..batch.storage import storage_of
+    from ..batch.storage import join
     from ..batch.summary import Totals, totals_text
     from .batch_progress import BatchProgress
 
     todo = plan(find_inputs(_listed(sources), layout.root), layout)
-    where = manifest or storage_of(layout.root).join(layout.root, MANIFEST)
+    where = manifest or join(layout.root, MANIFEST)
     totals = Totals()
     log = open_manifest(where, resume=wishes.resume, overwrite=wishes.overwrite)
     try:
@@ -153,7 +153,7 @@ def _run(sources: Sequence[str], layout: Layout, manifest: str | None, options: 
         unwind()
         interruption = first_interrupt(engine.stop)
         with BatchProgress(todo, quiet=wishes.quiet) as progress:
-            run_batch(todo, engine, log, totals, progress.tell)
+            run_batch(todo, options, engine, log, totals, progress.tell)
     finally:
         log.close()
     if not wishes.quiet:
