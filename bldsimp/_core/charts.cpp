@@ -264,6 +264,8 @@ class ChartFinder {
   // Makes faces that were measured a chart, with the map that was fitted last.
   void take(std::span<const Index> members) {
     const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
+    // One face has a map of its own, but for a needle, of which no map can be told.
+    if (members.size() == 1) low_ = high_;
     for (const Index f : members) all_.chart[f] = chart;
     for (std::size_t c = 0; c < columns_; ++c) {
       charts_.spans.push_back(high_[c] - low_[c]);
