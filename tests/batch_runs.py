@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,13 @@ def misbehaving(folder: Path, more: str = "", **variables: str) -> dict[str, str
     folder.mkdir(exist_ok=True)
     (folder / "sitecustomize.py").write_text(MISBEHAVING + more)
     return os.environ | {"PYTHONPATH": str(folder)} | variables
+
+
+def wait_for_rows(manifest: Path, count: int, process: subprocess.Popen[bytes]) -> None:
+    """Wait until a run has recorded so many files."""
+    while not manifest.exists() or manifest.read_bytes().count(b"\n") < count:
+        assert process.poll() is None
+        time.sleep(0.02)
 
 
 def rows(manifest: Path) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from batch_runs import COMMAND, buildings, done, failed, misbehaving, results, rows, run, start, terrain
+from batch_runs import COMMAND, buildings, done, failed, misbehaving, results, rows, run, start, terrain, wait_for_rows
 from shapes import Gltf, fine_box, obj_text, write
 
 from bldsimp import __version__
@@ -220,11 +220,6 @@ class TestPoison:
             subprocess.run(["umount", str(light)], check=True)
 
 
-def wait_for_rows(manifest: Path, count: int) -> None:
-    while not manifest.exists() or manifest.read_bytes().count(b"\n") < count:
-        time.sleep(0.02)
-
-
 def processes_in(folder: Path) -> list[str]:
     """Processes whose working directory is a folder."""
     found = []
@@ -300,7 +295,7 @@ class TestResume:
     def test_a_second_run_keeps_out(self, models: Path, light: Path, tmp_path: Path) -> None:
         slow = misbehaving(tmp_path / "site", SECONDS_PER_FILE="1")
         with start(models, light, "-j", "1", env=slow) as first:
-            wait_for_rows(light / "manifest.jsonl", 1)
+            wait_for_rows(light / "manifest.jsonl", 1, first)
             second = run(models, light, "--resume")
             assert first.poll() is None
             first.kill()
@@ -319,7 +314,7 @@ class TestStops:
         moment, recorded = random.Random(6), []
         for _ in range(3):
             with start(models, light, "--resume", env=slow, cwd=tmp_path) as killed:
-                wait_for_rows(light / "manifest.jsonl", len(recorded) + 2)
+                wait_for_rows(light / "manifest.jsonl", len(recorded) + 2, killed)
                 time.sleep(moment.uniform(0, 0.2))
                 killed.kill()
             recorded = done(light / "manifest.jsonl")
@@ -336,7 +331,7 @@ class TestStops:
     def test_ctrl_c_once_finishes_what_is_running(self, models: Path, light: Path, tmp_path: Path) -> None:
         slow = misbehaving(tmp_path / "site", SECONDS_PER_FILE="0.5")
         with start(models, light, "-j", "2", env=slow) as process:
-            wait_for_rows(light / "manifest.jsonl", 2)
+            wait_for_rows(light / "manifest.jsonl", 2, process)
             process.send_signal(signal.SIGINT)
             stderr = process.communicate()[1]
         assert process.returncode == 130
@@ -350,11 +345,10 @@ class TestStops:
     def test_ctrl_c_twice_stops_now(self, models: Path, light: Path, tmp_path: Path) -> None:
         shutil.copy(models / "district 0" / "building_000.obj", models / "hangs.obj")
         with start(models, light, "-j", "2", env=misbehaving(tmp_path / "site"), cwd=tmp_path) as process:
-            wait_for_rows(light / "manifest.jsonl", 2)
+            wait_for_rows(light / "manifest.jsonl", 2, process)
             process.send_signal(signal.SIGINT)
             assert process.stderr is not None
-            while b"again stops now" not in process.stderr.readline():
-                continue
+            assert any(b"again stops now" in line for line in process.stderr)
             process.send_signal(signal.SIGINT)
             process.communicate()
         assert process.returncode == 130

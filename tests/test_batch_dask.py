@@ -7,12 +7,11 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from batch_runs import buildings, done, failed, misbehaving, results, rows, run, start
+from batch_runs import buildings, done, failed, misbehaving, results, rows, run, start, wait_for_rows
 from shapes import write
 
 distributed = pytest.importorskip("distributed", reason="Dask is not installed: bldsimp[dask]")
@@ -61,12 +60,6 @@ def cluster_of(tmp_path: Path) -> Iterator[list[Cluster]]:
     yield started
     for cluster in started:
         cluster.stop()
-
-
-def wait_for_rows(manifest: Path, count: int, process: subprocess.Popen[bytes]) -> None:
-    while not manifest.exists() or manifest.read_bytes().count(b"\n") < count:
-        assert process.poll() is None
-        time.sleep(0.02)
 
 
 @pytest.mark.parametrize("deaths", ["0", "3"])

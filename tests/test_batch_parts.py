@@ -112,7 +112,7 @@ class TestGroups:
             assert len(group) == files or sum(each.size for each in group) + following[0].size > size
 
     def test_groups_that_do_not_fit_together_wait(self) -> None:
-        line = _Line(10)
+        line = _Line(10, bool)
         large, small, second = Group([task("large")], 7), Group([task("small")], 2), Group([task("second")], 6)
         line.fill([large, second, small], 2)
         assert line.take() == large
@@ -121,7 +121,7 @@ class TestGroups:
         assert line.take() == second
 
     def test_a_second_try_comes_last_and_with_the_memory_that_it_asks_for(self) -> None:
-        line = _Line(10)
+        line = _Line(10, bool)
         first, other, again = Group([task("first")], 5), Group([task("other")], 5), Group([task("first")], 10)
         line.fill([first, other], 5)
         assert line.take() == first

@@ -17,7 +17,7 @@ class Engine(Protocol):
         """The last row of each task, as it ends."""
 
     def stop(self) -> None:
-        """Let what runs end, and begin nothing more."""
+        """Let what runs end, and begin nothing more; safe in a signal's handler."""
 
     def kill(self) -> None:
         """End everything at once."""

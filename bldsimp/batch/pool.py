@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from queue import SimpleQueue
 
@@ -63,9 +63,9 @@ class Pool:
         self.timeout = timeout
         self.memory, self.share = share_of(memory, jobs)
         self._ended: SimpleQueue[Row | BaseException | None] = SimpleQueue()
-        self._line = _Line(self.memory)
+        self._stopping = False
+        self._line = _Line(self.memory, lambda: self._stopping)
         self._workers: list[Worker] = []
-        self._stopping = threading.Event()
 
     def run(self, tasks: list[Task]) -> Iterator[Row]:
         """The last row of each task, as it ends."""
@@ -93,9 +93,11 @@ class Pool:
                 yield ended
 
     def stop(self) -> None:
-        """Let the files that run end, and begin no other."""
-        self._stopping.set()
-        self._line.close()
+        """Let the files that run end, and begin no other.
+
+        A signal may call this in the middle of anything, so that no lock may be taken.
+        """
+        self._stopping = True
 
     def kill(self) -> None:
         """End all processes at once."""
@@ -113,7 +115,7 @@ class Pool:
         try:
             while (group := self._line.take()) is not None:
                 order = Order(group.tasks, self.options, self.overwrite, group.memory)
-                for task, row in worker.run(order, self.timeout, self._stopping.is_set):
+                for task, row in worker.run(order, self.timeout, lambda: self._stopping):
                     self._tell(task, row)
                 self._line.give_back(group)
         except BaseException as error:
@@ -125,7 +127,7 @@ class Pool:
     def _tell(self, task: Task, row: Row) -> None:
         """Pass a row on, or have the file tried once more: with all the memory, where that may have been the reason."""
         again = once_more(task, row)
-        if again is None or self._stopping.is_set():
+        if again is None or self._stopping:
             self._ended.put(row)
         else:
             self._line.add(Group([again], self.memory if row.kind in ("memory", "crash") else self._memory_for(again)))
@@ -134,10 +136,10 @@ class Pool:
 class _Line:
     """Groups that wait, and the memory that is free."""
 
-    def __init__(self, memory: int) -> None:
+    def __init__(self, memory: int, stopping: Callable[[], bool]) -> None:
         self._free = memory
+        self._stopping = stopping
         self._running = 0
-        self._open = True
         self._changed = threading.Condition()
         # Large files first; small ones do not wait for a large one that does not fit, and second tries come last.
         self._queues: list[deque[Group]] = [deque(), deque(), deque()]
@@ -152,9 +154,12 @@ class _Line:
             self._changed.notify_all()
 
     def take(self) -> Group | None:
-        """The next group that fits; None when none is left, nor can come from those that run."""
+        """The next group that fits; None when none is left, nor can come from those that run.
+
+        Who waits is woken by those that run, at the end of each, also to see that all is to stop.
+        """
         with self._changed:
-            while self._open:
+            while not self._stopping():
                 for queue in self._queues:
                     if queue and queue[0].memory <= self._free:
                         group = queue.popleft()
@@ -170,9 +175,4 @@ class _Line:
         with self._changed:
             self._free += group.memory
             self._running -= 1
-            self._changed.notify_all()
-
-    def close(self) -> None:
-        with self._changed:
-            self._open = False
             self._changed.notify_all()

@@ -60,6 +60,7 @@ class Row:
     triangles_after: int | None = None
     tolerance: float | None = None
     deviation: float | None = None
+    texels: float | None = None
     seconds: float = 0.0
     attempts: int = 1
     warnings: list[str] = field(default_factory=list)

@@ -240,6 +240,7 @@ def _simplified(task: Task, order: Order) -> Row:
         triangles_after=after.triangles,
         tolerance=report.tolerance,
         deviation=report.deviation,
+        texels=report.texels,
         attempts=2 if task.again else 1,
         warnings=[*(f"passed on {part.name}: {part.reason}" for part in report.passed_on), *report.warnings],
     )
