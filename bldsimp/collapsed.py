@@ -74,7 +74,7 @@ def collapsed(
         points=found.points,
         triangles=found.triangles,
         facet_of_triangle=facet,
-        facet_of_light=facet_of_patch[patch_of_light],
+        facet_of_light=np.where(patch_of_light < 0, np.int32(-1), facet_of_patch[patch_of_light]),
         facet_of_face=np.where(shown[facet_of_face], facet_of_face, facet[found.holder]),
         source=welded.source,
         planes=first.planes,

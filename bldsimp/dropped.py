@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from . import _core
 from .options import SPARE_SHARE, Options
 from .rows import distinct_rows
-from .scene import Faces, Flags, Indices, Mesh, Points
+from .scene import Faces, Flags, Indices, Light, Mesh, Points
 from .tolerance import placed, scale
 
 WITHIN_TOLERANCE = "within_tolerance"
@@ -85,8 +84,8 @@ def _are_sheets(faces: Faces, body: Indices) -> Flags:
     return is_open[body]
 
 
-def without_small(meshes: list[Mesh], options: Options) -> tuple[list[Mesh], list[list[Dropped]], int]:
-    """Meshes without the components whose boxes have a smaller diagonal than `min_part` in world space.
+def without_small(meshes: list[Mesh], options: Options) -> tuple[list[Light | None], list[list[Dropped]], int]:
+    """What is left of meshes without the components whose boxes have a smaller diagonal than `min_part` in world space.
 
     Parameters
     ----------
@@ -96,7 +95,8 @@ def without_small(meshes: list[Mesh], options: Options) -> tuple[list[Mesh], lis
 
     Returns
     -------
-    meshes : list of Mesh
+    lights : list of Light or None
+        Of each mesh the faces that stay; None where all do.
     dropped : list of list of Dropped
         Of each mesh.
     staying : int
@@ -107,7 +107,7 @@ def without_small(meshes: list[Mesh], options: Options) -> tuple[list[Mesh], lis
     least = min(options.min_part, largest)
     staying = sum(int(np.count_nonzero(one.pinned & (one.sizes < least))) for one in found)
     left = [one.without(~one.pinned & (one.sizes < least)) for one in found]
-    return [mesh for mesh, _ in left], [dropped for _, dropped in left], staying
+    return [light for light, _ in left], [dropped for _, dropped in left], staying
 
 
 class _Components:
@@ -127,13 +127,15 @@ class _Components:
             low, high = _boxes(placed(mesh.points, transform), mesh.faces, self.of_face)
             self.sizes = np.maximum(self.sizes, np.sqrt(((high - low) ** 2).sum(axis=1)))
 
-    def without(self, small: NDArray[np.bool_]) -> tuple[Mesh, list[Dropped]]:
-        """What stays, and what goes."""
+    def without(self, small: NDArray[np.bool_]) -> tuple[Light | None, list[Dropped]]:
+        """What stays, and what goes; None where all stays."""
         if not small.any():
-            return self.mesh, []
+            return None, []
         mesh, goes = self.mesh, small[self.of_face]
-        left = dataclasses.replace(mesh, faces=mesh.faces[~goes], part_of_face=mesh.part_of_face[~goes])
-        return left, _listed(
+        stays = np.flatnonzero(~goes).astype(np.int32)
+        row = np.arange(len(mesh.points), dtype=np.int32)
+        light = Light(mesh.points, mesh.faces[stays], mesh.part_of_face[stays], row, stays)
+        return light, _listed(
             mesh.points, mesh.faces[goes], self.of_face[goes], mesh.part_of_face[goes], SMALLER_THAN_MIN_PART
         )
 

@@ -123,7 +123,7 @@ class Looks:
             return None
         found = _core.find_charts(
             surface.points, surface.faces, surface.halfedges, start, order, surface.rows, surface.part,
-            self._values, self._steps, self._limits,
+            np.nan_to_num(self._values), self._steps, self._limits,
         )  # fmt: skip
         columns = len(self._limits)
         spans = found.spans.reshape(-1, columns)
@@ -173,11 +173,14 @@ class Looks:
             return
         row, strange = corners[chosen], strange[chosen]
         values, names = self._values[row], self._names[row]
-        names[strange] = self._names[self.mesh.faces[light.face[chosen[strange] // 3], 0]]
+        # A row of the facet tells what it carries at all.
+        own = self.mesh.faces[light.face[chosen[strange] // 3], 0]
+        names[strange] = self._names[own]
         if charted is not None:
             maps = charted.maps[np.repeat(chart_of_triangle, 3)[chosen]]
-            anew = _product(maps, light.points[row]) + maps[:, :, 3]
-            values = np.where(strange[:, None], anew, values + _product(maps, moves[row]))
+            values += _product(maps, moves[row])
+            anew = _product(maps[strange], light.points[row[strange]]) + maps[strange, :, 3]
+            values[strange] = np.where(np.isnan(self._values[own]), np.nan, anew)
         # The first of a moved row's values stays in it; others get rows of their own.
         distinct, place = distinct_rows(np.hstack([row[:, None], strange[:, None], values, names]))
         stays = np.zeros(len(distinct), bool)
@@ -243,8 +246,8 @@ def _product(maps: NDArray[np.float64], vectors: Points) -> NDArray[np.float64]:
 
 
 def _side_by_side(columns: list[NDArray[np.float64]], count: int) -> NDArray[np.float64]:
-    """Columns of several arrays in one; 0 where there is no number."""
-    return np.ascontiguousarray(np.nan_to_num(np.hstack([np.empty((count, 0)), *columns])))
+    """Columns of several arrays in one."""
+    return np.ascontiguousarray(np.hstack([np.empty((count, 0)), *columns]))
 
 
 def _set(light: Light, kept: list[Attribute], every: NDArray[np.float64]) -> None:
@@ -255,6 +258,5 @@ def _set(light: Light, kept: list[Attribute], every: NDArray[np.float64]) -> Non
         values = every[:, start:end]
         if one.name.startswith("COLOR_"):
             values = np.clip(values, 0.0, 1.0)
-        missing = np.isnan(one.values[light.row])
-        light.changed[one.name] = np.where(missing, np.nan, values)
+        light.changed[one.name] = values
         start = end

@@ -90,8 +90,11 @@ def _turned(mesh: Mesh, light: Light, normals: Normals) -> Normals:
 def _is_smooth(points: Points, normals: Normals) -> NDArray[np.bool_]:
     """Rows at whose positions all stored normals are one, within `FLAT_NORMALS_DEGREES`."""
     first, position = distinct_rows(points)
-    product = (normals * normals[first[position]]).sum(axis=1)
-    lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(normals[first[position]], axis=1)
+    # Sums in an order that is not the file's.
+    order = np.lexsort((*normals.T, position))
+    mean = np.stack([np.bincount(position[order], axis[order], len(first)) for axis in normals.T], axis=1)[position]
+    product = (normals * mean).sum(axis=1)
+    lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(mean, axis=1)
     differs = (product < math.cos(math.radians(FLAT_NORMALS_DEGREES)) * lengths) | (lengths == 0.0)
     return np.asarray((np.bincount(position[differs], minlength=len(first)) == 0)[position])
 

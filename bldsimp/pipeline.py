@@ -54,10 +54,11 @@ def simplify_mesh(
     if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
         return lossless(mesh, tolerance, options, with_layout=with_layout)
     first = lossless(mesh, fine, options)
-    if not len(first.rung):
-        # Nothing has area.
+    rest = tolerance - first.deviation - fine
+    # Where nothing has area, or welding has used the tolerance up, there is nothing to collapse.
+    if not len(first.rung) or rest <= fine:
         return lossless(mesh, fine, options, with_layout=with_layout)
-    second = collapsed(left(mesh, first.light), first, tolerance - first.deviation - fine, options, progress)
+    second = collapsed(left(mesh, first.light), first, rest, options, progress)
     done = first.followed_by(second)
     welded = dataclasses.replace(options, weld=0.0)
     return done.followed_by(lossless(left(mesh, done.light), fine, welded, with_layout=with_layout))

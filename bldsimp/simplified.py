@@ -18,6 +18,7 @@ from .assembled import Rung
 from .carried import carry
 from .dropped import Dropped, without_small
 from .errors import InputError
+from .looks import followed, left
 from .number_format import number_format
 from .options import Options, Tolerance, check_length, parse_tolerance
 from .outcome import Outcome
@@ -219,11 +220,13 @@ def simplify_meshes(
     )
     report.before.bytes = scene.size
     outcomes = []
-    for mesh, left, small in zip(scene.meshes, *_without_small(scene, options, report), strict=True):
+    for mesh, (kept, small) in zip(scene.meshes, _without_small(scene, options, report), strict=True):
         stretch = scale(mesh) or 1.0
         local = dataclasses.replace(options, weld=options.weld / stretch)
-        outcome = simplify_mesh(left, report.tolerance / stretch, local, with_layout=with_layout, progress=progress)
-        if small:
+        given = mesh if kept is None else left(mesh, kept)
+        outcome = simplify_mesh(given, report.tolerance / stretch, local, with_layout=with_layout, progress=progress)
+        if kept is not None:
+            outcome.light, outcome.source = followed(kept, outcome.light), kept.face[outcome.source]
             outcome.before = counted(mesh, local)
             outcome.dropped = small + outcome.dropped
         outcomes.append(outcome)
@@ -235,18 +238,19 @@ def simplify_meshes(
     return outcomes, report
 
 
-def _without_small(
-    scene: Scene, options: Options, report: Report
-) -> tuple[list[Mesh], list[list[Dropped]]]:
-    """Meshes without components smaller than `min_part`, and what went; tells of what stays although it is as small."""
+def _without_small(scene: Scene, options: Options, report: Report) -> list[tuple[Light | None, list[Dropped]]]:
+    """What is left of meshes without components smaller than `min_part`, and what went.
+
+    Tells of what stays although it is as small.
+    """
     if options.min_part == 0.0:
-        return scene.meshes, [[] for _ in scene.meshes]
-    meshes, dropped, staying = without_small(scene.meshes, options)
+        return [(None, []) for _ in scene.meshes]
+    lights, dropped, staying = without_small(scene.meshes, options)
     if staying:
         words = "component smaller than {} stays" if staying == 1 else "components smaller than {} stay"
         smaller = words.format(f"{options.min_part:g}")
         report.warnings.append(f"{staying:,} {smaller}, since parts that are passed on are left alone")
-    return meshes, dropped
+    return list(zip(lights, dropped, strict=True))
 
 
 def _tell(report: Report, mesh: Mesh, outcome: Outcome, options: Options, stretch: float) -> None:

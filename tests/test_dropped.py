@@ -14,7 +14,7 @@ from solids import Shape
 from bldsimp import _core
 from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import simplify_mesh
-from bldsimp.scene import Mesh, Part, Scene
+from bldsimp.scene import Attribute, Mesh, Part, Scene
 from bldsimp.simplified import simplify_scene
 
 
@@ -285,6 +285,20 @@ def test_every_combination_of_three_plates() -> None:
     for chosen in itertools.combinations(plates, 3):
         case = simplified(solids.welded(solids.merged(*chosen)), 0.3)
         assert well_done(case), chosen
+
+
+def test_what_faces_carry_stays_theirs_where_small_parts_go() -> None:
+    """A wall of two colours behind a speck that goes."""
+    speck, left, right = solids.square(), solids.square(), solids.moved(solids.square(), (1, 0, 0))
+    small = (0.01 * speck[0] - 5.0, speck[1])
+    shape = solids.merged(small, left, right)
+    color = np.repeat([[0.0], [1.0], [0.5]], 2, axis=0)
+    carried = Attribute("FACE_COLOR_0", "color", color, np.ones((1, 1)), on_faces=True)
+    mesh = Mesh("wall", *shape, np.zeros(6, np.int32), [Part("wall")], attributes=[carried])
+    (light,), report = simplify_scene(Scene(None, "arrays", [mesh], 0), Options(min_part=0.1))
+    assert len(report.dropped) == 1
+    middle = light.points[light.faces].mean(axis=1)[:, 0]
+    assert np.array_equal(light.values(carried)[:, 0], np.where(middle < 1, 1.0, 0.5))
 
 
 @pytest.mark.parametrize("one_sided", [False, True])

@@ -237,6 +237,8 @@ void bind_mesh(nb::module_& m) {
       [](Points3 points, Faces3 faces, const Halfedges& h, Indices start, Indices order, const RowArrays& face_rows,
          Indices part_of_face, In<double, nb::shape<-1, -1>> values, In<double, nb::shape<-1, -1>> steps,
          Doubles limits) {
+        if (values.shape(1) != limits.shape(0) || steps.shape(1) != limits.shape(0))
+          throw nb::value_error("one limit, and one number of steps, for each column");
         nb::gil_scoped_release release;
         const Carried carried{{values.data(), values.size()}, {steps.data(), steps.size()}, flat(limits)};
         return find_charts(rows<Vec3>(points), rows<Face>(faces), h.twin, flat(start), flat(order), seen(&face_rows),

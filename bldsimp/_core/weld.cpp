@@ -78,6 +78,17 @@ std::vector<Index> merge_near(std::span<const Vec3> points, double distance) {
   };
   std::unordered_map<Cell, std::vector<Index>, decltype(hash_cell)> kept(points.size(), hash_cell);
   std::vector<Index> target(points.size());
+  const auto reach = [&](auto axis) {
+    const auto [low, high] = std::minmax_element(points.begin(), points.end(), [&](Vec3 p, Vec3 q) { return axis(p) < axis(q); });
+    return axis(*high) - axis(*low);
+  };
+  const double extent = std::max({reach([](Vec3 p) { return p.x; }), reach([](Vec3 p) { return p.y; }),
+                                  reach([](Vec3 p) { return p.z; })});
+  if (!(extent / distance < 0x1p60)) {
+    // Cells could not be numbered; two points that differ are farther apart than that.
+    std::iota(target.begin(), target.end(), 0);
+    return target;
+  }
   for (Index i = 0; i < static_cast<Index>(points.size()); ++i) {
     const Cell cell = cell_of(points[i]);
     target[i] = i;
