@@ -1,4 +1,5 @@
 // Charts: what random rows carry is on the map of its chart, within half of the limit either way.
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -66,6 +67,55 @@ void charts_hold(std::mt19937_64& generator, double bump, double noise, double l
       }
 }
 
+// Strips of a grid, each a group with a map of its own but for every seventh, which bends in the middle; so many faces
+// that several threads share them.
+void many_groups_are_numbered_as_few() {
+  constexpr Index strips = 1000, length = 80;
+  std::vector<Vec3> points;
+  std::vector<Face> faces;
+  std::vector<double> values;
+  std::vector<Index> start{0};
+  for (Index s = 0; s < strips; ++s) {
+    const Index first = static_cast<Index>(points.size());
+    for (Index x = 0; x <= length; ++x)
+      for (Index y = 0; y < 2; ++y) {
+        points.push_back({double(x), 2.0 * s + y, 0});
+        values.push_back(s % 7 == 0 && 2 * x > length ? 5.0 : (s % 5 + 1) * x);
+      }
+    for (Index x = 0; x < length; ++x) {
+      const Index a = first + 2 * x;
+      faces.push_back({a, a + 2, a + 3});
+      faces.push_back({a, a + 3, a + 1});
+    }
+    start.push_back(static_cast<Index>(faces.size()));
+  }
+  std::vector<Index> row(points.size()), order(faces.size());
+  std::iota(row.begin(), row.end(), 0);
+  std::iota(order.begin(), order.end(), 0);
+  const Rows rows{faces, row, order, {}};
+  const Halfedges halfedges = pair_halfedges(points, faces, rows, 0.0);
+  const std::vector<Index> part(faces.size(), 0);
+  const std::vector<double> steps{1}, limits{0.5};
+  const auto of = [&](Index first, Index last) {
+    std::vector<Index> some(start.begin() + first, start.begin() + last + 1);
+    return find_charts(points, faces, halfedges.twin, some, order, rows, part, {values, steps, limits});
+  };
+  const Charts all = of(0, strips);
+  CHECK(faces.size() >= 4 * (std::size_t{1} << 15));
+  CHECK(all.maps.size() == 4 * all.spans.size());
+  Index before = 0;
+  for (Index s = 0; s < strips; ++s) {
+    const Charts alone = of(s, s + 1);
+    for (Index f = start[s]; f < start[s + 1]; ++f) {
+      const Index chart = all.chart_of_face[f], own = alone.chart_of_face[f];
+      CHECK(chart == before + own);
+      CHECK(std::equal(&all.maps[4 * chart], &all.maps[4 * chart] + 4, &alone.maps[4 * own]));
+    }
+    CHECK((alone.spans.size() > 1) == (s % 7 == 0));
+    before += static_cast<Index>(alone.spans.size());
+  }
+}
+
 void random_charts_hold() {
   std::mt19937_64 generator(1);
   for (const double bump : {0.0, 1e-3, 0.3})
@@ -77,5 +127,6 @@ void random_charts_hold() {
 
 int main() {
   RUN(random_charts_hold);
+  RUN(many_groups_are_numbered_as_few);
   return check::report();
 }
