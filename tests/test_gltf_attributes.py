@@ -26,6 +26,13 @@ def attribute(mesh: Mesh, name: str) -> Attribute:
     return next(one for one in mesh.attributes if one.name == name)
 
 
+def _typed(document: Gltf, numbers: int, kind: str) -> int:
+    """An accessor of 98 elements, whatever an element is."""
+    number = document.accessor(np.arange(numbers) / 100.0)
+    document.json["accessors"][number].update(count=98, type=kind)
+    return number
+
+
 class TestRead:
     def test_kinds_widths_and_directions(self) -> None:
         document = Gltf()
@@ -96,6 +103,10 @@ class TestRead:
                 lambda p, d: p["attributes"].update(_X=d.accessor(np.zeros((97, 1)))),
                 "_X of another length than its positions",
             ),
+            (lambda p, d: p["attributes"].update(_X=_typed(d, 98 * 4, "MAT2")), "_X of type MAT2"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98, "SCALAR")), "TEXCOORD_0 of type SCALAR"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98 * 3, "VEC3")), "TEXCOORD_0 of type VEC3"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98 * 4, "VEC4")), "TEXCOORD_0 of type VEC4"),
             (
                 lambda p, d: d.json.update(
                     animations=[{"samplers": [], "channels": [{"sampler": 0, "target": {"node": 0, "path": "scale"}}]}]
@@ -111,6 +122,7 @@ class TestRead:
         change(primitive, document)
         scene = read(document.glb(), "glb")
         assert scene.meshes[0].parts[0].fixed == (told,)
+        assert all(one.values.shape[1] == one.steps.shape[1] for one in scene.meshes[0].attributes)
         _, report = simplify_scene(scene, Options())
         assert told in report.passed_on[0].reason
 

@@ -27,6 +27,7 @@ CUSTOM_LEVELS = 1e5
 _VECTORS = ("SCALAR", "VEC2", "VEC3", "VEC4")
 _OWN_FIELDS = ("POSITION", "NORMAL")
 _SKIN = ("JOINTS_", "WEIGHTS_")
+_UV = "TEXCOORD_"
 
 
 def carried_names(primitive: dict[str, Any]) -> tuple[str, ...]:
@@ -42,8 +43,8 @@ def fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tu
         accessor = document.items("accessors")[number]
         if name.startswith(_SKIN):
             found.append("skin")
-        elif accessor["type"] not in _VECTORS:
-            found.append(f"{name} of matrices")
+        elif accessor["type"] not in (("VEC2",) if name.startswith(_UV) else _VECTORS):
+            found.append(f"{name} of type {accessor['type']}")
         elif accessor["count"] != count:
             found.append(f"{name} of another length than its positions")
     if primitive.get("targets"):
@@ -85,20 +86,21 @@ def _followed(document: Document, name: str, number: int) -> bool:
     return (
         name not in _OWN_FIELDS
         and not name.startswith(_SKIN)
-        and document.items("accessors")[number].get("type") in _VECTORS
+        and document.items("accessors")[number].get("type") in _VECTORS[name.startswith(_UV) :]
     )
 
 
 def _values(document: Document, name: str, own: list[tuple[Rows, int]], count: int) -> NDArray[np.float64]:
-    """Values of all rows, with v upwards, and colours with alpha where some have it."""
-    blocks = [(group, document.numbers(number)) for group, number in own]
+    """Values of all rows, UV as u and v upwards, and colours with alpha where some have it."""
+    most = 2 if name.startswith(_UV) else None
+    blocks = [(group, document.numbers(number)[:, :most]) for group, number in own]
     values = np.full((count, max(block.shape[1] for _, block in blocks)), np.nan)
     for group, block in blocks:
         taken = block[: group.count]
         values[group.start : group.start + len(taken), : taken.shape[1]] = taken
         if name.startswith("COLOR_") and taken.shape[1] == 3 < values.shape[1]:
             values[group.start : group.start + len(taken), 3] = 1.0
-    if name.startswith("TEXCOORD_"):
+    if name.startswith(_UV):
         values[:, 1] = 1.0 - values[:, 1]
     return values
 
@@ -107,7 +109,7 @@ def _kind(
     document: Document, name: str, numbers: list[int], values: NDArray[np.float64], faces: Faces
 ) -> str:
     """Whole numbers of our users' own that are the same all over each face name something, as feature ids do."""
-    if name.startswith("TEXCOORD_"):
+    if name.startswith(_UV):
         return "uv"
     if name == "TANGENT":
         return "tangent"
@@ -126,7 +128,7 @@ def _steps(
     """Steps of each part that can be told apart."""
     if kind == "uv":
         unknown = float(UNKNOWN_TEXELS), float(UNKNOWN_TEXELS)
-        number = int(name.removeprefix("TEXCOORD_"))
+        number = int(name.removeprefix(_UV))
         return np.array([part.get(number, unknown) for part in texels])
     step = 1.0
     if name.startswith("COLOR_"):
