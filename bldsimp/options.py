@@ -50,6 +50,12 @@ TEXTURE_TOLERANCE = 0.5
 COLOR_TOLERANCE = 1.5
 """How far an interpolated colour may be off, in levels of 255: what their own rounding blurs, and a little more."""
 
+COLOR_LEVELS = 255.0
+"""Levels of a colour that can be told apart."""
+
+CUSTOM_LEVELS = 1e5
+"""Levels, up to the greatest magnitude, that can be told apart of interpolated numbers whose meaning is not known."""
+
 UNKNOWN_TEXELS = 4096
 """Width and height of an image of unknown size, in texels."""
 

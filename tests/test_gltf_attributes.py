@@ -13,7 +13,7 @@ from shapes import Gltf, fine_box, glb_parts, glb_values, write
 from bldsimp import Options, simplify_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
-from bldsimp.options import UNKNOWN_TEXELS
+from bldsimp.options import COLOR_LEVELS, CUSTOM_LEVELS, UNKNOWN_TEXELS
 from bldsimp.scene import Attribute, Light, Mesh
 
 
@@ -53,8 +53,8 @@ class TestRead:
         upwards = np.stack([points[:, 0], 1.0 - points[:, 1]], axis=1)
         assert np.array_equal(attribute(mesh, "TEXCOORD_0").values, upwards)
         assert np.allclose(attribute(mesh, "COLOR_0").values, 128 / 255)
-        assert attribute(mesh, "COLOR_0").steps.tolist() == [[255.0] * 3]
-        assert attribute(mesh, "_HEAT").steps.tolist() == [[1e5 / 10.0]]
+        assert attribute(mesh, "COLOR_0").steps.tolist() == [[COLOR_LEVELS] * 3]
+        assert attribute(mesh, "_HEAT").steps.tolist() == [[CUSTOM_LEVELS / 10.0]]
         assert mesh.parts[0].attributes == tuple(names)
         assert not mesh.parts[0].fixed
 
@@ -74,6 +74,23 @@ class TestRead:
             document = Gltf()
             mesh = mesh_of(document, document.box(fine=True, _X=document.accessor(values, "u2")))
             assert attribute(mesh, "_X").kind == kind
+
+    def test_numbers_of_our_own_are_told_apart_as_in_other_formats(self, tmp_path: Path) -> None:
+        """An infinite one says nothing about how large the others are."""
+        points, faces = fine_box()
+        heat = points[:, 0] * 5.0
+        heat[0] = np.inf
+        document = Gltf()
+        ours = mesh_of(document, document.box(fine=True, _heat=document.accessor(heat)))
+        lines = [f"{x} {y} {z} {own}" for (x, y, z), own in zip(points.tolist(), heat.tolist(), strict=True)]
+        lines += [f"3 {a} {b} {c}" for a, b, c in faces.tolist()]
+        head = "ply\nformat ascii 1.0\nelement vertex 98\n"
+        head += "".join(f"property float {name}\n" for name in ("x", "y", "z", "heat"))
+        head += "element face 192\nproperty list uchar int vertex_indices\nend_header\n"
+        theirs = read(write(tmp_path / "in.ply", head + "\n".join(lines) + "\n"), "ply").meshes[0]
+        for mesh in (ours, theirs):
+            one = attribute(mesh, "_heat")
+            assert (one.kind, one.steps.tolist()) == ("color", [[CUSTOM_LEVELS / 10.0]])
 
     def test_quantized_and_sparse_texture_coordinates(self) -> None:
         document = Gltf()

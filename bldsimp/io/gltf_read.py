@@ -101,9 +101,9 @@ def _joined(
         faces=joined,
         part_of_face=np.repeat(np.arange(len(parts), dtype=np.int32), [len(own) for own in faces]),
         parts=parts,
-        attributes=attributes(document, source.rows, joined, texels),
         source=source,
     )
+    mesh.attributes = attributes(document, source.rows, mesh, texels)
     mesh.quantized = bool(step)
     mesh.single, mesh.rounding = (False, step / 2.0) if step else number_format(mesh.used_points)
     if any(group.accessor("NORMAL") is not None for group in source.rows):
