@@ -137,7 +137,8 @@ class Options:
     texture_tolerance : float
         How far a texture may move on its wall; texels.
     crease_angle : float
-        Normals that have to be made are smooth over edges that turn by less; degrees.
+        Edges that turn by more are hard: facets end where stored normals turn so, a moved point loses its normal where
+        that is farther from a face, and normals that are made are not smooth; degrees.
     baseline : bool
         Also report the points that fast-simplification needs for the same deviation.
     min_part : float
