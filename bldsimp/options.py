@@ -50,6 +50,12 @@ TEXTURE_TOLERANCE = 0.5
 COLOR_TOLERANCE = 1.5
 """How far an interpolated colour may be off, in levels of 255: what their own rounding blurs, and a little more."""
 
+COLOR_LEVELS = 255.0
+"""Levels of a colour that can be told apart."""
+
+CUSTOM_LEVELS = 1e5
+"""Levels, up to the greatest magnitude, that can be told apart of interpolated numbers whose meaning is not known."""
+
 UNKNOWN_TEXELS = 4096
 """Width and height of an image of unknown size, in texels."""
 
@@ -131,7 +137,8 @@ class Options:
     texture_tolerance : float
         How far a texture may move on its wall; texels.
     crease_angle : float
-        Normals that have to be made are smooth over edges that turn by less; degrees.
+        Edges that turn by more are hard: facets end where stored normals turn so, a moved point loses its normal where
+        that is farther from a face, and normals that are made are not smooth; degrees.
     baseline : bool
         Also report the points that fast-simplification needs for the same deviation.
     min_part : float

@@ -149,7 +149,19 @@ def _spoilt(change) -> bytes:
 BROKEN = {
     "an index out of range": (
         lambda d: d.json["accessors"][1].update(count=7),
-        "names a vertex that does not exist",
+        "mesh 0, primitive 0: .* name points that do not exist",
+    ),
+    "indices with a sign": (lambda d: d.json["accessors"][0].update(componentType=5122), "no list of whole numbers"),
+    "indices with a fraction": (
+        lambda d: d.json["accessors"][0].update(componentType=5126, count=18),
+        "no list of whole numbers",
+    ),
+    "indices in pairs": (lambda d: d.json["accessors"][0].update(type="VEC2", count=18), "no list of whole numbers"),
+    "a sparse place with a sign": (
+        lambda d: d.json["accessors"][1].update(
+            sparse={"count": 1, "indices": {"bufferView": 0, "componentType": 5120}, "values": {"bufferView": 1}}
+        ),
+        "sparse in a way that is not understood",
     ),
     "an accessor beyond its view": (
         lambda d: d.json["accessors"][0].update(count=99),

@@ -13,7 +13,7 @@ from shapes import Gltf, fine_box, glb_parts, glb_values, write
 from bldsimp import Options, simplify_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
-from bldsimp.options import UNKNOWN_TEXELS
+from bldsimp.options import COLOR_LEVELS, CUSTOM_LEVELS, UNKNOWN_TEXELS
 from bldsimp.scene import Attribute, Light, Mesh
 
 
@@ -24,6 +24,13 @@ def mesh_of(document: Gltf, *primitives: dict[str, Any], **more: Any) -> Mesh:
 
 def attribute(mesh: Mesh, name: str) -> Attribute:
     return next(one for one in mesh.attributes if one.name == name)
+
+
+def _typed(document: Gltf, numbers: int, kind: str) -> int:
+    """An accessor of 98 elements, whatever an element is."""
+    number = document.accessor(np.arange(numbers) / 100.0)
+    document.json["accessors"][number].update(count=98, type=kind)
+    return number
 
 
 class TestRead:
@@ -46,8 +53,8 @@ class TestRead:
         upwards = np.stack([points[:, 0], 1.0 - points[:, 1]], axis=1)
         assert np.array_equal(attribute(mesh, "TEXCOORD_0").values, upwards)
         assert np.allclose(attribute(mesh, "COLOR_0").values, 128 / 255)
-        assert attribute(mesh, "COLOR_0").steps.tolist() == [[255.0] * 3]
-        assert attribute(mesh, "_HEAT").steps.tolist() == [[1e5 / 10.0]]
+        assert attribute(mesh, "COLOR_0").steps.tolist() == [[COLOR_LEVELS] * 3]
+        assert attribute(mesh, "_HEAT").steps.tolist() == [[CUSTOM_LEVELS / 10.0]]
         assert mesh.parts[0].attributes == tuple(names)
         assert not mesh.parts[0].fixed
 
@@ -67,6 +74,23 @@ class TestRead:
             document = Gltf()
             mesh = mesh_of(document, document.box(fine=True, _X=document.accessor(values, "u2")))
             assert attribute(mesh, "_X").kind == kind
+
+    def test_numbers_of_our_own_are_told_apart_as_in_other_formats(self, tmp_path: Path) -> None:
+        """An infinite one says nothing about how large the others are."""
+        points, faces = fine_box()
+        heat = points[:, 0] * 5.0
+        heat[0] = np.inf
+        document = Gltf()
+        ours = mesh_of(document, document.box(fine=True, _heat=document.accessor(heat)))
+        lines = [f"{x} {y} {z} {own}" for (x, y, z), own in zip(points.tolist(), heat.tolist(), strict=True)]
+        lines += [f"3 {a} {b} {c}" for a, b, c in faces.tolist()]
+        head = "ply\nformat ascii 1.0\nelement vertex 98\n"
+        head += "".join(f"property float {name}\n" for name in ("x", "y", "z", "heat"))
+        head += "element face 192\nproperty list uchar int vertex_indices\nend_header\n"
+        theirs = read(write(tmp_path / "in.ply", head + "\n".join(lines) + "\n"), "ply").meshes[0]
+        for mesh in (ours, theirs):
+            one = attribute(mesh, "_heat")
+            assert (one.kind, one.steps.tolist()) == ("color", [[CUSTOM_LEVELS / 10.0]])
 
     def test_quantized_and_sparse_texture_coordinates(self) -> None:
         document = Gltf()
@@ -96,6 +120,10 @@ class TestRead:
                 lambda p, d: p["attributes"].update(_X=d.accessor(np.zeros((97, 1)))),
                 "_X of another length than its positions",
             ),
+            (lambda p, d: p["attributes"].update(_X=_typed(d, 98 * 4, "MAT2")), "_X of type MAT2"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98, "SCALAR")), "TEXCOORD_0 of type SCALAR"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98 * 3, "VEC3")), "TEXCOORD_0 of type VEC3"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98 * 4, "VEC4")), "TEXCOORD_0 of type VEC4"),
             (
                 lambda p, d: d.json.update(
                     animations=[{"samplers": [], "channels": [{"sampler": 0, "target": {"node": 0, "path": "scale"}}]}]
@@ -111,6 +139,7 @@ class TestRead:
         change(primitive, document)
         scene = read(document.glb(), "glb")
         assert scene.meshes[0].parts[0].fixed == (told,)
+        assert all(one.values.shape[1] == one.steps.shape[1] for one in scene.meshes[0].attributes)
         _, report = simplify_scene(scene, Options())
         assert told in report.passed_on[0].reason
 

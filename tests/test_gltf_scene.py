@@ -179,9 +179,25 @@ class TestSeveralBuffers:
         lightened(source, target)
         # The new buffer must not take the name of one that stays.
         json_ = json.loads(target.read_text())
-        assert [entry["uri"] for entry in json_["buffers"]] == ["light_picture.bin", "move.bin", "picture.bin"]
+        assert [entry["uri"] for entry in json_["buffers"]] == ["light_picture.bin", "sub/move.bin", "picture.bin"]
         assert (target.parent / "picture.bin").read_bytes() == (folder / "picture.bin").read_bytes()
         assert_same_scene(scene_of(source), scene_of(target))
+
+    def test_files_of_one_name_in_two_folders_stay_two(self, tmp_path: Path) -> None:
+        names = ["a/color.png", "b%20b/color.png", "c\\color.png"]
+        document = Gltf()
+        document.json["images"] = [{"uri": name} for name in names]
+        document.mesh(document.box(fine=True))
+        source, target = tmp_path / "in" / "box.gltf", tmp_path / "out" / "box.gltf"
+        target.parent.mkdir()
+        for folder in ("a", "b b", "c"):
+            (source.parent / folder).mkdir(parents=True)
+            write(source.parent / folder / "color.png", f"picture of {folder}")
+        write(source, document.gltf())
+        lightened(source, target)
+        assert [image["uri"] for image in json.loads(target.read_text())["images"]] == names
+        for folder in ("a", "b b", "c"):
+            assert (target.parent / folder / "color.png").read_text() == f"picture of {folder}"
 
     def test_over_itself_and_into_a_glb(self, tmp_path: Path) -> None:
         source = self.document(tmp_path)

@@ -27,7 +27,10 @@ from bldsimp.inspect import surface_of
 from bldsimp.io import WRITABLE, Written, read
 from bldsimp.io import write as write_scene
 from bldsimp.io.rounding import best_origin, single_rounding
+from bldsimp.io.sheet import Sheet, as_shown
+from bldsimp.io.surface import Material, UvMap
 from bldsimp.io.target import replace_files
+from bldsimp.scene import Attribute, Part
 from bldsimp.tolerance import placed
 
 
@@ -322,3 +325,22 @@ class TestTarget:
             write_scene(scene, lights, tmp_path / "out.gltf", "gltf", Options(), overwrite=False)
         assert (tmp_path / "out.bin").read_bytes() == b"something else"
         assert not (tmp_path / "out.gltf").exists()
+
+
+def test_mapped_texture_coordinates_are_summed_in_one_order() -> None:
+    """Whatever library multiplies matrices, and however many there are, the written numbers are the same."""
+    count = 999
+    uv = np.random.default_rng(0).random((count, 2))
+    matrix = tuple(np.random.default_rng(1).random(6).tolist())
+    sheet = Sheet(
+        name="wall",
+        points=np.zeros((count, 3)),
+        normals=None,
+        attributes=[Attribute("TEXCOORD_0", "uv", uv, np.ones((1, 2)))],
+        faces=np.arange(count, dtype=np.int32).reshape(-1, 3),
+        part=np.zeros(count // 3, np.int32),
+        parts=[Part("wall", source=Material("brick", (1.0, 1.0, 1.0, 1.0), uv_map=UvMap(0, matrix)))],
+    )
+    a, b, c, d, e, f = matrix
+    expected = [[a * u + b * v + c, d * u + e * v + f] for u, v in uv.tolist()]
+    assert as_shown(sheet).attributes[0].values.tolist() == expected

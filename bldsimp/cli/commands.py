@@ -80,7 +80,8 @@ def bldsimp() -> None:
     "--crease-angle",
     default=f"{CREASE_DEGREES:g}",
     metavar="DEGREES",
-    help=f"Edges that turn by more are hard where --normals smooth makes normals.  [default: {CREASE_DEGREES:g}]",
+    help="Edges that turn by more are hard: facets end where stored normals turn so, a moved point loses its normal"
+    f" where that is farther from a face, and normals that are made are not smooth.  [default: {CREASE_DEGREES:g}]",
 )
 @click.option(
     "--delimit",

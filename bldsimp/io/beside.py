@@ -40,7 +40,7 @@ def copies(
 ) -> dict[Path, bytes]:
     """Images and buffers that a document names, for the folder that it moves to.
 
-    A reference out of the folder is made relative to the new one instead.
+    Each keeps its name and its folder there. A reference out of the folder is made relative to the new one instead.
     """
     if source is None or source.parent.resolve() == target.parent.resolve():
         return {}
@@ -50,17 +50,14 @@ def copies(
         uri = entry.get("uri", "")
         if not uri or uri.startswith("data:") or "://" in uri:
             continue
-        name = Path(unquote(uri))
+        name = Path(unquote(uri).replace("\\", "/"))
         path = beneath(source.parent, unquote(uri))
         if name.is_absolute() or ".." in name.parts:
             entry["uri"] = quote(Path(os.path.relpath(source.parent / name, target.parent)).as_posix())
         elif path is None:
             warnings.append(_missing(kind, unquote(uri)))
-        elif (target.parent / name).parent.is_dir() or name.parent == Path():
-            found[target.parent / name] = path.read_bytes()
         else:
-            found[target.parent / name.name] = path.read_bytes()
-            entry["uri"] = quote(name.name)
+            found[target.parent / name] = path.read_bytes()
     return found
 
 

@@ -105,6 +105,13 @@ class Document:
             values[places] = changes
         return values
 
+    def indices(self, index: int) -> NDArray[np.int64]:
+        """Values of an accessor that name vertices, (count,)."""
+        values = self.accessor(index)
+        if values.dtype.kind != "u" or values.shape[1] != 1:
+            raise InputError(f"glTF accessor {index} is no list of whole numbers without sign: the file is damaged")
+        return values[:, 0].astype(np.int64)
+
     def numbers(self, index: int) -> NDArray[np.float64]:
         """Values of an accessor in double, integers made fractions where they are normalized."""
         accessor, values = self._item("accessors", index), self.accessor(index)
@@ -133,6 +140,8 @@ class Document:
         try:
             where, what, count = sparse["indices"], sparse["values"], int(sparse["count"])
             place_kind = np.dtype("<" + COMPONENTS[where["componentType"]])
+            if place_kind.kind != "u":
+                raise ValueError
             places = self._strided(where["bufferView"], where.get("byteOffset", 0), place_kind, (count, 1))
             changes = self._strided(what["bufferView"], what.get("byteOffset", 0), kind, (count, width))
         except (KeyError, TypeError, ValueError):

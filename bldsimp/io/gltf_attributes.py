@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..carried import color_attribute, custom_attribute, label_attribute
 from ..options import UNKNOWN_TEXELS
-from ..scene import Attribute, Faces
+from ..scene import Attribute, Mesh
 from .gltf import Document
 from .gltf_rows import Rows
 from .gltf_textures import METADATA, Texels
@@ -18,15 +19,10 @@ HARMLESS = {"KHR_materials_variants", "EXT_mesh_features", METADATA}
 
 FEATURES = "EXT_mesh_features"
 
-COLOR_LEVELS = 255.0
-"""Levels of a colour that can be told apart."""
-
-CUSTOM_LEVELS = 1e5
-"""Levels, up to the greatest magnitude, of numbers whose meaning is not known."""
-
 _VECTORS = ("SCALAR", "VEC2", "VEC3", "VEC4")
 _OWN_FIELDS = ("POSITION", "NORMAL")
 _SKIN = ("JOINTS_", "WEIGHTS_")
+_UV = "TEXCOORD_"
 
 
 def carried_names(primitive: dict[str, Any]) -> tuple[str, ...]:
@@ -42,8 +38,8 @@ def fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tu
         accessor = document.items("accessors")[number]
         if name.startswith(_SKIN):
             found.append("skin")
-        elif accessor["type"] not in _VECTORS:
-            found.append(f"{name} of matrices")
+        elif accessor["type"] not in (("VEC2",) if name.startswith(_UV) else _VECTORS):
+            found.append(f"{name} of type {accessor['type']}")
         elif accessor["count"] != count:
             found.append(f"{name} of another length than its positions")
     if primitive.get("targets"):
@@ -57,7 +53,7 @@ def fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tu
 
 
 def attributes(
-    document: Document, rows: list[Rows], faces: Faces, texels: list[dict[int, Texels]]
+    document: Document, rows: list[Rows], mesh: Mesh, texels: list[dict[int, Texels]]
 ) -> list[Attribute]:
     """All that the rows of a mesh carry, but for what belongs to a skin.
 
@@ -65,7 +61,7 @@ def attributes(
     ----------
     document : Document
     rows : list of Rows
-    faces : (m, 3) int32
+    mesh : Mesh
     texels : list of dict
         For each part what `Textures.texels` tells.
     """
@@ -75,9 +71,9 @@ def attributes(
         users = [(group, group.accessor(name)) for group in rows]
         own = [(group, number) for group, number in users if number is not None and _followed(document, name, number)]
         if own:
-            values = _values(document, name, own, rows[-1].start + rows[-1].count)
-            kind = _kind(document, name, [number for _, number in own], values, faces)
-            found.append(Attribute(name, kind, values, _steps(name, kind, values, texels)))
+            values = _values(document, name, own, len(mesh.points))
+            whole = all(document.step(number) == 1.0 for _, number in own)
+            found.append(_attribute(name, values, mesh, texels, whole))
     return found
 
 
@@ -85,52 +81,37 @@ def _followed(document: Document, name: str, number: int) -> bool:
     return (
         name not in _OWN_FIELDS
         and not name.startswith(_SKIN)
-        and document.items("accessors")[number].get("type") in _VECTORS
+        and document.items("accessors")[number].get("type") in _VECTORS[name.startswith(_UV) :]
     )
 
 
 def _values(document: Document, name: str, own: list[tuple[Rows, int]], count: int) -> NDArray[np.float64]:
-    """Values of all rows, with v upwards, and colours with alpha where some have it."""
-    blocks = [(group, document.numbers(number)) for group, number in own]
+    """Values of all rows, UV as u and v upwards, and colours with alpha where some have it."""
+    most = 2 if name.startswith(_UV) else None
+    blocks = [(group, document.numbers(number)[:, :most]) for group, number in own]
     values = np.full((count, max(block.shape[1] for _, block in blocks)), np.nan)
     for group, block in blocks:
         taken = block[: group.count]
         values[group.start : group.start + len(taken), : taken.shape[1]] = taken
         if name.startswith("COLOR_") and taken.shape[1] == 3 < values.shape[1]:
             values[group.start : group.start + len(taken), 3] = 1.0
-    if name.startswith("TEXCOORD_"):
+    if name.startswith(_UV):
         values[:, 1] = 1.0 - values[:, 1]
     return values
 
 
-def _kind(
-    document: Document, name: str, numbers: list[int], values: NDArray[np.float64], faces: Faces
-) -> str:
-    """Whole numbers of our users' own that are the same all over each face name something, as feature ids do."""
-    if name.startswith("TEXCOORD_"):
-        return "uv"
-    if name == "TANGENT":
-        return "tangent"
-    if name.startswith(("_FEATURE_ID_", "_BATCHID")):
-        return "feature"
-    if name.startswith("_") and all(document.step(number) == 1.0 for number in numbers):
-        corners = values[faces]
-        same = (corners == corners[:, :1]) | np.isnan(corners)
-        return "feature" if same.all() else "color"
-    return "color"
-
-
-def _steps(
-    name: str, kind: str, values: NDArray[np.float64], texels: list[dict[int, Texels]]
-) -> NDArray[np.float64]:
-    """Steps of each part that can be told apart."""
-    if kind == "uv":
+def _attribute(
+    name: str, values: NDArray[np.float64], mesh: Mesh, texels: list[dict[int, Texels]], whole: bool
+) -> Attribute:
+    """An attribute of the kind that its name tells; one of our users' own may name something, as feature ids do."""
+    if name.startswith(_UV):
         unknown = float(UNKNOWN_TEXELS), float(UNKNOWN_TEXELS)
-        number = int(name.removeprefix("TEXCOORD_"))
-        return np.array([part.get(number, unknown) for part in texels])
-    step = 1.0
+        number = int(name.removeprefix(_UV))
+        return Attribute(name, "uv", values, np.array([part.get(number, unknown) for part in texels]))
+    if name == "TANGENT":
+        return Attribute(name, "tangent", values, np.ones((len(texels), values.shape[1])))
+    if name.startswith(("_FEATURE_ID_", "_BATCHID")):
+        return label_attribute(name, values, mesh)
     if name.startswith("COLOR_"):
-        step = COLOR_LEVELS
-    elif kind == "color":
-        step = CUSTOM_LEVELS / (float(np.nanmax(np.abs(values), initial=0.0)) or 1.0)
-    return np.full((len(texels), values.shape[1]), step)
+        return color_attribute(values, mesh, name=name)
+    return custom_attribute(name, values, mesh, whole=whole and name.startswith("_"), on_faces=False)

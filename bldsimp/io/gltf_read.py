@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..number_format import number_format
-from ..scene import Mesh, Part, check_finite
+from ..scene import Mesh, Part, check_finite, check_indices
 from .gltf import Beside, Document
 from .gltf_attributes import attributes, carried_names, fixed_names
 from .gltf_material import is_one_sided, name_of, read_material
@@ -101,9 +101,9 @@ def _joined(
         faces=joined,
         part_of_face=np.repeat(np.arange(len(parts), dtype=np.int32), [len(own) for own in faces]),
         parts=parts,
-        attributes=attributes(document, source.rows, joined, texels),
         source=source,
     )
+    mesh.attributes = attributes(document, source.rows, mesh, texels)
     mesh.quantized = bool(step)
     mesh.single, mesh.rounding = (False, step / 2.0) if step else number_format(mesh.used_points)
     if any(group.accessor("NORMAL") is not None for group in source.rows):
@@ -113,15 +113,11 @@ def _joined(
 
 def _faces(document: Document, primitive: dict[str, Any], rows: Rows, name: str) -> NDArray[np.int64]:
     """Faces of a primitive, whatever its mode."""
-    if "indices" in primitive:
-        corners = document.accessor(primitive["indices"])[:, 0].astype(np.int64)
-    else:
-        corners = np.arange(rows.count)
-    if len(corners) and int(corners.max()) >= rows.count:
-        raise InputError(
-            f"{name}: index {int(corners.max()):,} names a vertex that does not exist"
-            f" (there are {rows.count:,}): the file is damaged"
-        )
+    corners = document.indices(primitive["indices"]) if "indices" in primitive else np.arange(rows.count)
+    try:
+        check_indices(corners, rows.count)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
     mode = primitive.get("mode", TRIANGLES)
     if mode == TRIANGLES:
         triples: NDArray[np.int64] = corners[: len(corners) // 3 * 3].reshape(-1, 3)

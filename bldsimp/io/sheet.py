@@ -86,7 +86,7 @@ def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
         return one
     a, b, c = transform[:3, :3].T
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-    mirrored = float(np.dot(a, np.cross(b, c))) < 0.0
+    mirrored = sum((a * np.cross(b, c)).tolist()) < 0.0
     normals = one.normals
     if normals is not None:
         frame = np.eye(4)
@@ -110,10 +110,16 @@ def as_shown(one: Sheet) -> Sheet:
         values = one.values(f"TEXCOORD_{own.set}")
         if values is not None:
             rows = np.flatnonzero(part == number)
-            matrix = np.array(own.matrix).reshape(2, 3)
-            uv[rows] = values[rows] if own.matrix == UvMap().matrix else values[rows] @ matrix[:, :2].T + matrix[:, 2]
+            uv[rows] = values[rows] if own.matrix == UvMap().matrix else _mapped(values[rows], own.matrix)
     first = Attribute("TEXCOORD_0", "uv", uv, np.ones((len(one.parts), 2)))
     return dataclasses.replace(one, attributes=[first, *(a for a in one.attributes if a.name != "TEXCOORD_0")])
+
+
+def _mapped(uv: NDArray[np.float64], matrix: tuple[float, ...]) -> NDArray[np.float64]:
+    """UV moved by a 2 x 3 matrix, summed in a fixed order so that no library's blocking shows."""
+    u, v = uv.T
+    a, b, c, d, e, f = matrix
+    return np.stack([a * u + b * v + c, d * u + e * v + f], axis=1)
 
 
 def spread(one: Sheet) -> Sheet:
