@@ -145,6 +145,15 @@ class Looks:
         kinds = {one.name for one in self.kept if one.kind in INTERPOLATED}
         return np.array([not kinds.isdisjoint(part.attributes) for part in self.mesh.parts], bool)
 
+    def carried_along(self, surface: Surface, point_of_row: Indices, charted: Charted) -> float:
+        """How far a weld has moved a texture at most: corners that it moves take their UV along; texels."""
+        farthest = 0.0
+        for row in self.mesh.faces[surface.source].T:
+            moves = surface.points[point_of_row[row]] - self.mesh.points[row]
+            steps = np.abs(_product(charted.maps[charted.of_face], moves)) * self._steps[surface.part]
+            farthest = max(farthest, float(np.where(self._is_uv, steps, 0.0).max(initial=0.0)))
+        return farthest
+
     def follow(
         self, light: Light, before: Points, foreign: Indices, chart_of_triangle: Indices, charted: Charted | None
     ) -> None:

@@ -52,13 +52,15 @@ def lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: boo
         mesh, assembled.triangles, assembled.facet_of_triangle, assembled.unchanged, assembled.kept, surface, owners
     )
     if moved > 0:
-        light.faces, away = at_their_points(mesh, light, welded)
+        light.faces, away = at_their_points(mesh, light, welded, label, owners.group_of_facet[facet_of_light])
         foreign = np.union1d(foreign, away).astype(np.int32)
     # The last is that of faces without a facet, which are passed on.
     chart_of_facet, texels = np.zeros(len(assembled.rung) + 1, np.int32), 0.0
     if charted is not None:
         chart_of_facet[facets.facet_of_face] = charted.of_face
         texels = float(charted.texels[chart_of_facet[:-1][assembled.unchanged == 0]].max(initial=0.0))
+        if moved > 0:
+            texels += looks.carried_along(surface, welded.point_of_row, charted)
     looks.follow(light, mesh.points, foreign, chart_of_facet[facet_of_light], charted)
     moved += float(assembled.deviation.max(initial=0.0))
     return Outcome(

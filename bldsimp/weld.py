@@ -43,22 +43,40 @@ def _nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_])
     return row[nearest].astype(np.int32), target[nearest].astype(np.int32)
 
 
-def at_their_points(mesh: Mesh, light: Light, welded: _core.Welded) -> tuple[Faces, NDArray[np.int64]]:
-    """Corners by rows that lie where the welded points are, and which corners got other rows by that.
+def at_their_points(
+    mesh: Mesh, light: Light, welded: _core.Welded, group: Indices, group_of_light: Indices
+) -> tuple[Faces, NDArray[np.int64]]:
+    """Corners by rows that lie where the welded points are, and which corners got rows of another group by that.
 
-    Rows of the same part are taken where it has one there.
+    Rows of the same group are taken where it has one there, else of the same part.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    light : Light
+    welded : Welded
+    group, group_of_light : int32
+        What no facet may leave, of each welded face and of each face of the light.
     """
     point = welded.point_of_row.astype(np.int64)
     there = (point >= 0) & (mesh.points == welded.points[point]).all(axis=1)
     stored = there[mesh.faces]
-    rows, key = mesh.faces[stored], mesh.part_of_face.astype(np.int64) * len(welded.points)
     faces, away = light.faces.copy(), ~there[light.faces]
-    wanted = point[faces[away]]
-    part_key = np.repeat(light.part_of_face.astype(np.int64) * len(welded.points), away.sum(axis=1))
+    rows, wanted = mesh.faces[stored], point[faces[away]]
+
+    def of(kind: Indices, kind_of_light: Indices) -> tuple[Indices, NDArray[np.bool_]]:
+        count = len(welded.points)
+        keys = point[rows] + count * np.repeat(kind.astype(np.int64), stored.sum(axis=1))
+        sought = wanted + count * np.repeat(kind_of_light.astype(np.int64), away.sum(axis=1))
+        return _looked_up(keys, rows, sought)
+
+    group_of_input = np.full(len(mesh.faces), -1, np.int32)
+    group_of_input[welded.source] = group
     anywhere, _ = _looked_up(point[rows], rows, wanted)
-    own, found = _looked_up(point[rows] + np.repeat(key, stored.sum(axis=1)), rows, wanted + part_key)
-    faces[away] = np.where(found, own, anywhere)
-    return faces, np.flatnonzero(away)
+    of_part, in_part = of(mesh.part_of_face, light.part_of_face)
+    of_group, in_group = of(group_of_input, group_of_light)
+    faces[away] = np.where(in_group, of_group, np.where(in_part, of_part, anywhere))
+    return faces, np.flatnonzero(away)[~in_group]
 
 
 def _looked_up(

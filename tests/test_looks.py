@@ -270,6 +270,24 @@ def test_near_points_that_are_welded_keep_their_sides_texture() -> None:
         assert np.abs(values - map_(at)).max() * TEXELS <= 1e-4 * 3.1 * TEXELS
 
 
+def test_what_a_weld_moves_of_a_texture_is_told() -> None:
+    points, faces = wall(10)
+    inside = np.all((points[:, :2] > 0) & (points[:, :2] < [WIDTH, HEIGHT]), axis=1)
+    strayed = points + 0.03 * inside[:, None] * np.random.default_rng(1).uniform(-1, 1, points.shape) * [1, 1, 0]
+    rows = np.concatenate([points, strayed])
+    right = points[faces].mean(axis=1)[:, 0] > WIDTH / 2
+    both = np.where(right[:, None], faces + len(points), faces).astype(np.int32)
+    given = mesh(rows, both, uv(left_map(rows)))
+    outcome = simplify_mesh(given, 1e-6, Options(weld=0.05))
+    light = outcome.light
+    corners = np.unique(light.faces)
+    off = np.abs(light.values(given.attributes[0]) - left_map(light.points))[corners].max() * TEXELS
+    assert 1.0 < off <= outcome.texels + 1e-6
+    # Rows that are where they were keep their own.
+    still = corners[corners < len(rows)]
+    assert np.array_equal(light.values(given.attributes[0])[still], left_map(rows)[light.row[still]])
+
+
 def test_a_wall_of_many_faces_is_a_wall() -> None:
     assert simplify_mesh(mesh(*wall(450)), 1e-6).after.points == 4
 
