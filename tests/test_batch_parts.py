@@ -25,6 +25,7 @@ from bldsimp.batch.storage import join
 from bldsimp.batch.task import Order, Task, recipe
 from bldsimp.batch.worker import simplified
 from bldsimp.cli import main
+from bldsimp.cli.commands import batch, simplify
 from bldsimp.options import parse_tolerance
 
 names = st.binary(min_size=1, max_size=20).map(os.fsdecode)
@@ -95,6 +96,13 @@ class TestInputs:
         layout = Layout(str(tmp_path / "link"), "{stem}.{ext}")
         with pytest.raises(UsageError, match="would be overwritten"):
             plan(find_inputs([str(folder / "**" / "*.obj")], layout.root), layout)
+
+
+class TestOptions:
+    def test_all_that_simplify_may_be_told_of_a_file_batch_may_be_told_of_each(self) -> None:
+        taken = {option.name: option for option in batch.params}
+        for name in vars(Options()).keys() - {"baseline"}:
+            assert taken[name] in simplify.params
 
 
 class TestGroups:

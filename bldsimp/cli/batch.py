@@ -146,10 +146,10 @@ def _run(sources: Sequence[str], layout: Layout, manifest: str | None, options: 
     todo = plan(find_inputs(_listed(sources), layout.root), layout)
     where = manifest or join(layout.root, MANIFEST)
     totals = Totals()
+    engine = _engine(options, wishes)
     log = open_manifest(where, resume=wishes.resume, overwrite=wishes.overwrite)
     try:
         _skip(todo, log, layout.root, options, wishes, totals)
-        engine = _engine(options, wishes)
         unwind()
         interruption = first_interrupt(engine.stop)
         with BatchProgress(todo, quiet=wishes.quiet) as progress:
