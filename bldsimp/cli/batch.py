@@ -12,7 +12,6 @@ import click
 
 from ..errors import InputError, UsageError
 from ..options import BATCH_NAME, BATCH_TIMEOUT, DEFAULTS, Options
-from ..report import one_line
 from .chosen import chosen
 from .paths import check_format, check_open, plain_format, standard_input
 from .signals import first_interrupt, unwind
@@ -141,6 +140,7 @@ def _run(sources: Sequence[str], layout: Layout, manifest: str | None, options: 
     from ..batch.run import run_batch
     from ..batch.storage import join
     from ..batch.summary import Totals, totals_text
+    from ..report import one_line
     from .batch_progress import BatchProgress
 
     todo = plan(find_inputs(_listed(sources), layout.root), layout)
