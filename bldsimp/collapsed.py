@@ -62,8 +62,8 @@ def collapsed(
     kept = np.zeros(len(points), np.uint8)
     kept[found.triangles] = 1
     owners = owners_of(patch_of_face, part, label, len(facet_of_patch))
-    none = np.zeros(len(facet_of_patch), np.uint8)
-    light, patch_of_light, foreign = in_rows(mesh, found.triangles, patch, none, kept, surface, owners)
+    untouched = np.full(len(facet_of_patch), not changed, np.uint8)
+    light, patch_of_light, foreign = in_rows(mesh, found.triangles, patch, untouched, kept, surface, owners)
     if found.moved:
         light.points = _moved(mesh.points, welded.point_of_row, found.points)
     looks.follow(light, mesh.points, foreign, owners.group_of_facet[patch_of_light], charted)

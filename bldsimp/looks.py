@@ -229,7 +229,7 @@ def _told_apart(one: Attribute, source: Indices, corners: Faces) -> list[NDArray
         return list(one.values[source].T)
     if one.kind == "feature":
         names = np.sort(one.values[corners], axis=1)
-        return list(names.reshape(len(corners), -1).T)
+        return list(names.reshape(len(corners), names.shape[1] * names.shape[2]).T)
     missing = np.asarray(np.isnan(one.values).any(axis=1))
     if not missing.any():
         return []

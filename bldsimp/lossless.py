@@ -54,10 +54,11 @@ def lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: boo
     if moved > 0:
         light.faces, away = at_their_points(mesh, light, welded)
         foreign = np.union1d(foreign, away).astype(np.int32)
-    chart_of_facet, texels = np.zeros(len(assembled.rung), np.int32), 0.0
+    # The last is that of faces without a facet, which are passed on.
+    chart_of_facet, texels = np.zeros(len(assembled.rung) + 1, np.int32), 0.0
     if charted is not None:
         chart_of_facet[facets.facet_of_face] = charted.of_face
-        texels = float(charted.texels[chart_of_facet[assembled.unchanged == 0]].max(initial=0.0))
+        texels = float(charted.texels[chart_of_facet[:-1][assembled.unchanged == 0]].max(initial=0.0))
     looks.follow(light, mesh.points, foreign, chart_of_facet[facet_of_light], charted)
     moved += float(assembled.deviation.max(initial=0.0))
     return Outcome(

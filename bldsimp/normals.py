@@ -37,8 +37,8 @@ def shaded(mesh: Mesh, light: Light, options: Options) -> tuple[Light, Normals |
     Notes
     -----
     With ``auto`` points keep the normals that are stored for them, turned where their faces were. Where a point has
-    moved, that of a row goes if it is farther than the crease angle from the normal of a face there: what is made anew
-    fits.
+    moved, what was smooth gets the mean of the faces there, however much they turn; what was hard goes if it is farther
+    than the crease angle from the normal of a face there, and is made anew with creases.
     """
     if options.normals not in ("auto", "smooth") or (options.normals == "auto" and mesh.normals is None):
         return light, None
@@ -49,13 +49,20 @@ def shaded(mesh: Mesh, light: Light, options: Options) -> tuple[Light, Normals |
         assert mesh.normals is not None
         if are_flat(mesh.points, mesh.faces[~fixed[mesh.part_of_face]], mesh.normals):
             return light, None
-        unfit = _unfit(mesh, light, stored, options.crease_angle)
+        smooth = _is_smooth(mesh.points, mesh.normals)[light.row]
+        moved = (light.points != mesh.points[light.row]).any(axis=1)
+        unfit = moved & (smooth | _unfit(light, stored, options.crease_angle))
         if not np.any(unfit[light.faces] & made[:, None]):
             return light, stored
         corners = (unfit[light.faces] & made[:, None]).reshape(-1)
     else:
+        smooth = np.zeros(len(light.points), bool)
         corners = np.repeat(made, 3)
     group, normals = smooth_normals(light.points, light.faces, options.crease_angle)
+    if smooth.any():
+        whole, means = smooth_normals(light.points, light.faces, 180.0)
+        group = np.where(smooth[light.faces.reshape(-1)], whole + len(normals), group)
+        normals = np.concatenate([normals, means])
     # Corners that keep what is stored are one group for each row.
     group[~corners] = -1
     pairs = np.stack([light.faces.reshape(-1), group], axis=1)
@@ -80,16 +87,24 @@ def _turned(mesh: Mesh, light: Light, normals: Normals) -> Normals:
     return np.where(((both[0] > 0) & (both[1] == 0))[:, None], -stored, stored)
 
 
-def _unfit(mesh: Mesh, light: Light, stored: Normals, angle: float) -> NDArray[np.bool_]:
-    """Rows whose points have moved so that their normals are farther than an angle from that of a face there."""
-    moved = (light.points != mesh.points[light.row]).any(axis=1)
+def _is_smooth(points: Points, normals: Normals) -> NDArray[np.bool_]:
+    """Rows at whose positions all stored normals are one, within `FLAT_NORMALS_DEGREES`."""
+    first, position = distinct_rows(points)
+    product = (normals * normals[first[position]]).sum(axis=1)
+    lengths = np.linalg.norm(normals, axis=1) * np.linalg.norm(normals[first[position]], axis=1)
+    differs = (product < math.cos(math.radians(FLAT_NORMALS_DEGREES)) * lengths) | (lengths == 0.0)
+    return np.asarray((np.bincount(position[differs], minlength=len(first)) == 0)[position])
+
+
+def _unfit(light: Light, stored: Normals, angle: float) -> NDArray[np.bool_]:
+    """Rows whose normals are farther than an angle from that of a face there."""
     cross = face_normals(light.points, light.faces)
     least = math.cos(math.radians(min(angle, 180.0)))
     unfit = np.zeros(len(light.points), bool)
     for corner in light.faces.T:
         product = (stored[corner] * cross).sum(axis=1)
         norms = np.linalg.norm(stored[corner], axis=1) * np.linalg.norm(cross, axis=1)
-        unfit[corner[(product < least * norms) & moved[corner]]] = True
+        unfit[corner[product < least * norms]] = True
     return unfit
 
 

@@ -54,6 +54,9 @@ def simplify_mesh(
     if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
         return lossless(mesh, tolerance, options, with_layout=with_layout)
     first = lossless(mesh, fine, options)
+    if not len(first.rung):
+        # Nothing has area.
+        return lossless(mesh, fine, options, with_layout=with_layout)
     second = collapsed(left(mesh, first.light), first, tolerance - first.deviation - fine, options, progress)
     done = first.followed_by(second)
     welded = dataclasses.replace(options, weld=0.0)

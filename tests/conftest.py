@@ -34,5 +34,5 @@ def models() -> Path:
 
 @pytest.fixture(scope="session")
 def data() -> Path:
-    """Folder of the project's own two buildings."""
+    """Folder of the project's own buildings."""
     return ROOT / "data"

@@ -285,6 +285,17 @@ class TestBeside:
         assert not any(b"PNG secret" in path.read_bytes() for path in folder.iterdir())
 
 
+def test_json_may_be_nested_as_deep_as_it_can_be_read(tmp_path: Path) -> None:
+    deep: dict = {}
+    for _ in range(700):
+        deep = {"a": deep}
+    document = Gltf()
+    document.mesh({**document.box(fine=True), "material": 0})
+    document.json.update(materials=[{"extensions": {"ACME_deep": deep}}], extras=deep)
+    _, after = light(document.glb(), tmp_path / "out.glb")
+    assert glb_parts(after)[0]["extras"] == deep
+
+
 def test_work_grows_with_the_meshes_and_not_with_their_square() -> None:
     def calls(count: int) -> int:
         document = Gltf()

@@ -115,6 +115,19 @@ class TestRead:
         assert told in report.passed_on[0].reason
 
 
+@pytest.mark.parametrize("fixed", [False, True])
+def test_faces_without_area_are_no_obstacle(fixed: bool, tmp_path: Path) -> None:
+    document = Gltf()
+    names = {"TEXCOORD_0": document.accessor(np.zeros((8, 2))), "_FEATURE_ID_0": document.accessor(np.zeros(8))}
+    flat = document.box(size=0.0, **names)
+    if fixed:
+        flat["extensions"] = {"ACME_lines": {}}
+    document.mesh(document.box(fine=True), name="house")
+    document.mesh(flat, name="nothing")
+    _, after = light_of(document.glb(), tmp_path / "out.glb")
+    assert [mesh["name"] for mesh in glb_parts(after)[0]["meshes"]] == ["house", "nothing"][: 1 + fixed]
+
+
 class TestTexels:
     """How many texels a unit of a UV set is worth."""
 

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import decoder, light_of, new_primitive
-from shapes import Gltf, box, fine_box, glb_parts, glb_values, triangle_set
+from gltf_cases import decoder, fine, light_of, new_primitive
+from khronos import assert_no_new_issues
+from shapes import Gltf, box, fine_box, glb_parts, glb_values, triangle_set, write
 
 from bldsimp import InputError
 from bldsimp.io import read
@@ -86,7 +87,7 @@ def painted() -> Gltf:
     names = {"TEXCOORD_0": document.accessor(points[:, :2] / 2.0)}
     names |= {"COLOR_0": document.accessor(np.full((98, 4), 51), "u1", normalized=True)}
     names |= {"_FEATURE_ID_0": document.accessor(np.full(98, 5), "u2")}
-    document.mesh(document.box(fine=True, **names), extras={"stays": True})
+    document.mesh(fine(document, **names), extras={"stays": True})
     return document
 
 
@@ -174,6 +175,22 @@ class TestDraco:
         assert "extensions" not in new_primitive(after)
         assert json_["meshes"][0]["extras"] == {"stays": True}
         assert_same(after, light_of(document.glb(), tmp_path / "plain.glb")[1])
+
+    def test_what_is_passed_on_is_valid_and_equal_data_is_there_once(self, tmp_path: Path) -> None:
+        document = painted()
+        json_, binary = glb_parts(with_draco(document, tex_coord="TEXCOORD_0", colors="COLOR_0"))
+        json_["extensionsUsed"] = [*json_["extensionsUsed"], "EXT_mesh_features"]
+        implicit = {"featureIds": [{"featureCount": 98}]}
+        json_["meshes"][0]["primitives"][0]["extensions"]["EXT_mesh_features"] = implicit
+        twin = json.loads(json.dumps(json_["meshes"][0]["primitives"][0]))
+        count = len(json_["accessors"])
+        json_["accessors"] += [dict(one) for one in json_["accessors"]]
+        twin["attributes"] = {name: number + count for name, number in twin["attributes"].items()}
+        json_["meshes"][0]["primitives"].append({**twin, "indices": twin["indices"] + count})
+        _, after = light_of(glb(json_, binary), tmp_path / "out.glb")
+        write(tmp_path / "plain.glb", document.glb())
+        assert_no_new_issues(tmp_path / "plain.glb", tmp_path / "out.glb")
+        assert len(glb_parts(after)[0]["bufferViews"]) == count
 
     def test_damaged_data_is_refused(self) -> None:
         json_, binary = glb_parts(with_draco(painted(), tex_coord="TEXCOORD_0", colors="COLOR_0"))

@@ -163,6 +163,16 @@ def test_what_two_maps_need_of_one_moved_row_becomes_two_rows() -> None:
     assert np.array_equal(values[1:4], given.attributes[0].values[1:])
 
 
+def test_a_needle_of_which_no_map_can_be_told_is_no_displacement() -> None:
+    points, faces = wall(4)
+    needle = np.array([[20.0, 0.0, 0.0], [21.0, 0.0, 0.0], [22.0, 0.0, 0.0]])
+    rows = np.concatenate([points, needle])
+    both = np.concatenate([faces, [[len(points), len(points) + 1, len(points) + 2]]]).astype(np.int32)
+    values = np.concatenate([left_map(points), [[0.0, 0.0], [5.0, 3.0], [-7.0, 9.0]]])
+    for tolerance in (1e-6, 0.05):
+        assert simplify_mesh(mesh(rows, both, uv(values)), tolerance).texels <= 0.5
+
+
 def test_a_step_of_colour_stays_and_a_rounded_gradient_is_one() -> None:
     points, faces, right = cut(*wall(20))
     step = np.where(right[:, None], [1.0, 0.5, 0.0], [0.0, 0.5, 1.0])

@@ -138,14 +138,23 @@ def test_nothing_to_draw_is_an_error() -> None:
         picture([View(np.zeros((3, 3)), np.zeros((0, 3), dtype=int), "")], SMALL)
 
 
-def test_the_picture_of_the_readme_is_what_is_drawn_today(data: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("script", "source", "shown"),
+    [
+        ("render.py", "building_a.glb", "building_a.png"),
+        ("render_textured.py", "house_textured.glb", "textured_house.png"),
+    ],
+)
+def test_pictures_of_the_docs_are_what_is_drawn_today(
+    script: str, source: str, shown: str, data: Path, tmp_path: Path
+) -> None:
     light, drawn = tmp_path / "light.glb", tmp_path / "drawn.png"
-    house = data / "building_a.glb"
+    house = data / source
     subprocess.run([Path(sys.executable).parent / "bldsimp", "simplify", "-q", house, light], check=True)
-    subprocess.run([sys.executable, ROOT / "examples" / "render.py", house, light, drawn], check=True)
-    shown, today = (
-        np.asarray(Image.open(path).convert("RGB"), np.int16) for path in (ROOT / "docs" / "building_a.png", drawn)
+    subprocess.run([sys.executable, ROOT / "examples" / script, house, light, drawn], check=True)
+    before, today = (
+        np.asarray(Image.open(path).convert("RGB"), np.int16) for path in (ROOT / "docs" / shown, drawn)
     )
-    assert shown.shape == today.shape
+    assert before.shape == today.shape
     # Palettes may differ a little between versions of Pillow; one diagonal more or less is some 0.02 %.
-    assert (np.abs(shown - today).max(axis=2) > 48).mean() < 1e-4
+    assert (np.abs(before - today).max(axis=2) > 48).mean() < 1e-4

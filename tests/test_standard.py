@@ -211,7 +211,7 @@ def test_faces_that_were_kept_are_cut_where_their_neighbours_are() -> None:
     points, faces = solids.comb()
     upright = np.ptp(points[faces][:, :, 2], axis=1) > 0
     mesh = mesh_of((points, faces), "caps", "walls", part_of_face=upright)
-    mesh.parts[1] = dataclasses.replace(mesh.parts[1], attributes=("TEXCOORD_0",))
+    mesh.parts[1] = dataclasses.replace(mesh.parts[1], fixed=("skin",))
     outcome, result = both(mesh)
     assert result.facets == {Conformity.KEPT: upright.sum(), Conformity.DELAUNAY: 2}
     told = standard_surface(Scene(None, "arrays", [mesh], 0), [outcome]).note
@@ -227,7 +227,7 @@ def test_all_three_sides_of_a_kept_face_are_cut() -> None:
     shape = solids.canopy()
     first = np.arange(len(shape[1])) == 0
     mesh = mesh_of(shape, "doorways", "canopy", part_of_face=first)
-    mesh.parts[1] = dataclasses.replace(mesh.parts[1], attributes=("TEXCOORD_0",))
+    mesh.parts[1] = dataclasses.replace(mesh.parts[1], fixed=("skin",))
     outcome, result = both(mesh, 1e-9)
     assert np.array(list(made_on_pieces(outcome, result).values())) == pytest.approx(np.full((3, 1), 0.5))
     canopy = result.triangles[(result.points[result.triangles][:, :, 2] == 0).all(axis=1)]

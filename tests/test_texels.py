@@ -16,7 +16,7 @@ from bldsimp.options import COLOR_TOLERANCE, TEXTURE_TOLERANCE
 from bldsimp.report import Report
 from bldsimp.scene import Light, Mesh, Scene
 
-SEEDS = range(120)
+SEEDS = range(100)
 ROUNDED = 1e-4
 """What arithmetic may add; texels or levels."""
 

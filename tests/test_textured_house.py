@@ -112,3 +112,15 @@ def test_the_house_loses_95_percent_of_its_points(data: Path, suffix: str) -> No
     _, report = simplify_scene(read(data / f"{NAME}.{suffix}", suffix), Options())
     assert report.after.points <= 0.05 * report.before.points
     assert report.deviation <= report.tolerance
+
+
+def test_the_figures_of_the_docs_are_those_of_today(data: Path) -> None:
+    scene = read(data / f"{NAME}.glb", "glb")
+    text = (ROOT / "docs" / "textures.md").read_text(encoding="utf-8")
+    _, report = simplify_scene(scene, Options())
+    _, plain = simplify_scene(scene, Options(delimit=frozenset()))
+    before, after, alone = report.before, report.after, plain.after
+    assert f"| before | {before.points:,} | {before.triangles:,} | |" in text
+    assert f"| after | {after.points:,} | {after.triangles:,} | {report.texels:.2g} texels |" in text
+    assert f"(`--delimit none`) | {alone.points:,} | {alone.triangles:,} | |" in text
+    assert f"textures cost is {after.points - alone.points} points" in text

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 from conftest import ROOT, models_folder
+from shapes import Gltf, glb_parts, glb_values
 
 pytest.importorskip("PIL", reason="the extra 'pictures' is not installed")
 sys.path.insert(0, str(ROOT / "examples"))
@@ -78,6 +79,38 @@ def test_our_house_looks_the_same_within_a_wide_tolerance(source: Path, suffix: 
     found = seen_apart(source, tmp_path / f"light.{suffix}", Tolerance(0.1, "percent"))
     assert found.mean < MEAN
     assert found.local < LOCAL_MOVED
+
+
+def with_noise(glb: bytes, size: float) -> bytes:
+    """A GLB whose walls are rough: points inside of them are off by up to `size`, square to the wall; UV stay."""
+    json_, body = glb_parts(glb)
+    binary, rng = bytearray(body), np.random.default_rng(0)
+    for mesh in json_["meshes"]:
+        names = [primitive["attributes"] for primitive in mesh["primitives"] if "NORMAL" in primitive["attributes"]]
+        stored = [glb_values(glb, each["POSITION"]) for each in names]
+        if not stored:
+            continue
+        _, inverse, uses = np.unique(np.concatenate(stored), axis=0, return_inverse=True, return_counts=True)
+        inside = np.split(uses[inverse.reshape(-1)] == 1, np.cumsum([len(each) for each in stored])[:-1])
+        for each, own, moves in zip(names, stored, inside, strict=True):
+            height = rng.uniform(-size, size, (len(own), 1)) * moves[:, None]
+            rough = (own + height * glb_values(glb, each["NORMAL"])).astype("<f4")
+            entry = json_["accessors"][each["POSITION"]]
+            entry["min"], entry["max"] = rough.min(axis=0).tolist(), rough.max(axis=0).tolist()
+            start = json_["bufferViews"][entry["bufferView"]]["byteOffset"]
+            binary[start : start + rough.nbytes] = rough.tobytes()
+    document = Gltf()
+    document.json, document.data = json_, binary
+    return document.glb()
+
+
+def test_a_rough_house_looks_the_same_within_a_tolerance_that_takes_the_roughness(tmp_path: Path) -> None:
+    source, target = tmp_path / "rough.glb", tmp_path / "light.glb"
+    source.write_bytes(with_noise(HOUSE.read_bytes(), 0.004))
+    found = seen_apart(source, target, Tolerance(0.1, "percent"))
+    assert found.mean < MEAN
+    assert found.local < LOCAL_MOVED
+    assert len(read_model(target).corners) < 0.1 * len(read_model(source).corners)
 
 
 @pytest.mark.parametrize("suffix", ["ply", "glb", "obj"])

@@ -16,8 +16,8 @@ from bldsimp.scene import Light, Mesh
 
 Array = NDArray[np.float64]
 INTERPOLATED = ("uv", "color")
-BLOCK = 400
-"""Samples that are held against all faces at once."""
+BLOCK = 200
+"""Samples that are held against faces at once."""
 
 
 @dataclass(frozen=True)
@@ -75,21 +75,30 @@ def displacement(of: Dressed, on: Dressed, reach: float, rng: np.random.Generato
     places, values, names = samples(of, rng, count)
     low, high = on.corners.min(axis=1) - reach, on.corners.max(axis=1) + reach
     found = np.full(len(places), np.inf)
-    for start in range(0, len(places), BLOCK):
-        own = places[start : start + BLOCK]
-        near = np.all((own[:, None] >= low) & (own[:, None] <= high), axis=2)
-        near &= np.all(names[start : start + BLOCK, None] == on.names, axis=2)
+    order = np.argsort(places[:, np.argmax(np.ptp(places, axis=0))], kind="stable")
+    for block in np.split(order, np.arange(BLOCK, len(order), BLOCK)):
+        own = places[block]
+        # Few faces reach into a block's slab.
+        some = np.flatnonzero(((low <= own.max(axis=0)) & (high >= own.min(axis=0))).all(axis=1))
+        near = np.all((own[:, None] >= low[some]) & (own[:, None] <= high[some]), axis=2)
+        near &= np.all(names[block, None] == on.names[some], axis=2)
         sample, face = np.nonzero(near)
-        weight = nearest_weights(own[sample], on.corners[face])
-        apart = np.linalg.norm(np.einsum("ic,ick->ik", weight, on.corners[face]) - own[sample], axis=1)
-        # A wall may end a little later than it did: its map goes on.
-        beyond = inner_weights(own[sample], on.corners[face])
-        weight = np.where(np.isnan(beyond), weight, beyond)
-        shown = np.einsum("ic,ick->ik", weight, on.values[face])
-        off = np.abs(shown - values[start + sample]).max(axis=1, initial=0.0)
+        off, apart = held_against(own[sample], values[block[sample]], on, some[face])
         within = apart <= reach
-        np.minimum.at(found, start + sample[within], off[within])
+        np.minimum.at(found, block[sample[within]], off[within])
     return found
+
+
+def held_against(places: Array, values: Array, on: Dressed, face: NDArray[np.int64]) -> tuple[Array, Array]:
+    """How far the values of sample i are off what face i shows there, and how far the sample is from the face."""
+    corners = on.corners[face]
+    weight = nearest_weights(places, corners)
+    apart = np.linalg.norm(np.einsum("ic,ick->ik", weight, corners) - places, axis=1)
+    # A wall may end a little later than it did: its map goes on.
+    beyond = inner_weights(places, corners)
+    weight = np.where(np.isnan(beyond), weight, beyond)
+    shown = np.einsum("ic,ick->ik", weight, on.values[face])
+    return np.abs(shown - values).max(axis=1, initial=0.0), apart
 
 
 def nearest_weights(points: Array, corners: Array) -> Array:

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <numeric>
 
 #include "eigen.hpp"
 #include "face_sets.hpp"
+#include "parallel.hpp"
 
 namespace bldsimp {
 namespace {
@@ -97,25 +100,31 @@ class Map {
   std::vector<double> offset_;
 };
 
+constexpr Index none = -1, waiting = -2;
+
+// What the finders of all threads read; and the charts of faces, of which each writes those of its own groups.
+struct Grouped {
+  std::span<const Vec3> points;
+  std::span<const Face> faces;
+  std::span<const Index> twin, start, order, part;
+  const Carried& carried;
+  Array<Face> rows;  // of the corners
+  Array<Index> group, chart;
+};
+
 class ChartFinder {
  public:
-  ChartFinder(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin, const Rows& rows,
-              std::span<const Index> part, const Carried& carried)
-      : points_(points), faces_(faces), twin_(twin), rows_(rows), part_(part), carried_(carried),
-        columns_(carried.limits.size()), map_(columns_), told_(columns_), low_(columns_), high_(columns_) {
-    charts_.chart_of_face.resize(faces.size());
-    std::fill(charts_.chart_of_face.begin(), charts_.chart_of_face.end(), none);
-    group_.resize(faces.size());
-  }
+  explicit ChartFinder(Grouped& all)
+      : all_(all), points_(all.points), faces_(all.faces), carried_(all.carried), columns_(carried_.limits.size()),
+        map_(columns_), told_(columns_), low_(columns_), high_(columns_) {}
 
-  Charts find(std::span<const Index> start, std::span<const Index> order) {
-    for (std::size_t g = 0; g + 1 < start.size(); ++g)
-      for (Index i = start[g]; i < start[g + 1]; ++i) group_[order[i]] = static_cast<Index>(g);
-    for (std::size_t g = 0; g + 1 < start.size(); ++g) {
-      const std::span<const Index> members = order.subspan(start[g], start[g + 1] - start[g]);
+  // Charts of some groups, numbered among themselves.
+  Charts find(std::size_t first, std::size_t last) {
+    for (std::size_t g = first; g < last; ++g) {
+      const std::span<const Index> members = all_.order.subspan(all_.start[g], all_.start[g + 1] - all_.start[g]);
       if (members.empty()) continue;
       fit(members);
-      if (std::all_of(members.begin(), members.end(), [&](Index f) { return fits(f); }))
+      if (measure(members))
         take(members);
       else
         cut_up(members);
@@ -124,11 +133,9 @@ class ChartFinder {
   }
 
  private:
-  static constexpr Index none = -1, waiting = -2;
-
   Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
-  const double* values(Index f, int i) const { return &carried_.values[columns_ * rows_.at(f, faces_[f][i])]; }
-  double steps(Index f, std::size_t column) const { return carried_.steps[columns_ * part_[f] + column]; }
+  const double* values(Index f, int i) const { return &carried_.values[columns_ * all_.rows[f][i]]; }
+  double steps(Index f, std::size_t column) const { return carried_.steps[columns_ * all_.part[f] + column]; }
   double area(Index f) const { return length(cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0))) / 2; }
 
   void add(Index f) {
@@ -164,13 +171,13 @@ class ChartFinder {
     for (const Index f : members) seeds.push_back({-area(f), f});
     std::sort(seeds.begin(), seeds.end());
     for (const auto& [size, seed] : seeds)
-      if (charts_.chart_of_face[seed] == none) grow(seed);
+      if (all_.chart[seed] == none) grow(seed);
   }
 
   // The map is fitted anew whenever the region has doubled; what it then leaves out waits for another seed.
   void grow(Index seed) {
     region_.assign(1, seed);
-    charts_.chart_of_face[seed] = waiting;
+    all_.chart[seed] = waiting;
     fit(region_);
     start();
     sweep();
@@ -180,10 +187,11 @@ class ChartFinder {
       sweep();
     }
     if (!keep_fitting(seed)) {
-      for (const Index f : region_) charts_.chart_of_face[f] = none;
+      for (const Index f : region_) all_.chart[f] = none;
       region_.assign(1, seed);
       fit(region_);
     }
+    measure(region_);
     take(region_);
   }
 
@@ -191,30 +199,31 @@ class ChartFinder {
   void start() {
     for (std::size_t front = 0; front < region_.size(); ++front)
       for (int i = 0; i < 3 && region_.size() < small_region; ++i) {
-        const Index t = twin_[3 * region_[front] + i];
+        const Index t = all_.twin[3 * region_[front] + i];
         if (t < 0 || !may_join(t / 3)) continue;
         region_.push_back(t / 3);
         fit(region_);
         if (std::all_of(region_.begin(), region_.end(), [&](Index f) { return fits(f); }))
-          charts_.chart_of_face[t / 3] = waiting;
+          all_.chart[t / 3] = waiting;
         else
           region_.pop_back();
       }
     fit(region_);
   }
 
-  bool may_join(Index f) const { return charts_.chart_of_face[f] == none && group_[f] == group_[region_[0]]; }
+  // Faces of other groups may be another thread's.
+  bool may_join(Index f) const { return all_.group[f] == all_.group[region_[0]] && all_.chart[f] == none; }
 
   // Adds what fits, from neighbour to neighbour.
   void sweep() {
     std::size_t next_fit = 2 * region_.size();
     for (std::size_t front = 0; front < region_.size(); ++front)
       for (int i = 0; i < 3; ++i) {
-        const Index t = twin_[3 * region_[front] + i];
+        const Index t = all_.twin[3 * region_[front] + i];
         if (t < 0) continue;
         const Index f = t / 3;
         if (!may_join(f) || !fits(f)) continue;
-        charts_.chart_of_face[f] = waiting;
+        all_.chart[f] = waiting;
         region_.push_back(f);
         add(f);
         if (region_.size() >= next_fit) {
@@ -229,27 +238,35 @@ class ChartFinder {
     if (!fits(seed)) return false;
     const auto end = std::remove_if(region_.begin(), region_.end(), [&](Index f) {
       if (fits(f)) return false;
-      charts_.chart_of_face[f] = none;
+      all_.chart[f] = none;
       return true;
     });
     region_.erase(end, region_.end());
     return true;
   }
 
-  // Makes faces a chart with the map that was fitted last.
-  void take(std::span<const Index> members) {
-    const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
+  // How far faces are off the map at most; whether it fits all of them.
+  bool measure(std::span<const Index> members) {
     std::fill(low_.begin(), low_.end(), 0.0);
     std::fill(high_.begin(), high_.end(), 0.0);
-    for (const Index f : members) {
-      charts_.chart_of_face[f] = chart;
+    bool all_fit = true;
+    for (const Index f : members)
       for (int i = 0; i < 3; ++i)
         for (std::size_t c = 0; c < columns_; ++c) {
           const double off = (values(f, i)[c] - map_.at(corner(f, i), c)) * steps(f, c);
           low_[c] = std::min(low_[c], off);
           high_[c] = std::max(high_[c], off);
+          all_fit &= 2 * std::abs(off) <= carried_.limits[c];
         }
-    }
+    return all_fit;
+  }
+
+  // Makes faces that were measured a chart, with the map that was fitted last.
+  void take(std::span<const Index> members) {
+    const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
+    // One face has a map of its own, but for a needle, of which no map can be told.
+    if (members.size() == 1) low_ = high_;
+    for (const Index f : members) all_.chart[f] = chart;
     for (std::size_t c = 0; c < columns_; ++c) {
       charts_.spans.push_back(high_[c] - low_[c]);
       const Vec3 gradient = map_.gradient(c);
@@ -257,17 +274,14 @@ class ChartFinder {
     }
   }
 
+  Grouped& all_;
   std::span<const Vec3> points_;
   std::span<const Face> faces_;
-  std::span<const Index> twin_;
-  const Rows& rows_;
-  std::span<const Index> part_;
   const Carried& carried_;
   std::size_t columns_;
   Map map_;
   std::vector<double> told_, low_, high_;
   Charts charts_;
-  Array<Index> group_;
   std::vector<Index> region_;
 };
 
@@ -276,7 +290,46 @@ class ChartFinder {
 Charts find_charts(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
                    std::span<const Index> start, std::span<const Index> order, const Rows& rows,
                    std::span<const Index> part_of_face, const Carried& carried) {
-  return ChartFinder(points, faces, twin, rows, part_of_face, carried).find(start, order);
+  Grouped all{points, faces, twin, start, order, part_of_face, carried, {}, {}, {}};
+  all.rows.resize(faces.size());
+  all.group.resize(faces.size());
+  all.chart.resize(faces.size());
+  parallel_for(faces.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t f = begin; f < end; ++f) {
+      for (int i = 0; i < 3; ++i) all.rows[f][i] = rows.at(static_cast<Index>(f), faces[f][i]);
+      all.chart[f] = none;
+    }
+  });
+  const std::size_t groups = start.empty() ? 0 : start.size() - 1;
+  for (std::size_t g = 0; g < groups; ++g)
+    for (Index i = start[g]; i < start[g + 1]; ++i) all.group[order[i]] = static_cast<Index>(g);
+  // Every thread takes the groups that start within its range of faces.
+  struct Own {
+    std::size_t first, last;
+    Charts charts;
+  };
+  std::map<std::size_t, Own> found;
+  std::mutex guard;
+  parallel_for(order.size(), [&](std::size_t begin, std::size_t end) {
+    const auto group_from = [&](std::size_t face) {
+      const auto place = std::lower_bound(start.begin(), start.begin() + groups, static_cast<Index>(face));
+      return static_cast<std::size_t>(place - start.begin());
+    };
+    const std::size_t first = group_from(begin), last = end == order.size() ? groups : group_from(end);
+    Charts own = ChartFinder(all).find(first, last);
+    const std::lock_guard lock(guard);
+    found[begin] = {first, last, std::move(own)};
+  });
+  Charts charts;
+  for (const auto& [begin, own] : found) {
+    const auto before = static_cast<Index>(charts.spans.size() / carried.limits.size());
+    charts.spans.insert(charts.spans.end(), own.charts.spans.begin(), own.charts.spans.end());
+    charts.maps.insert(charts.maps.end(), own.charts.maps.begin(), own.charts.maps.end());
+    if (before > 0 && own.first < own.last)
+      for (Index i = start[own.first]; i < start[own.last]; ++i) all.chart[order[i]] += before;
+  }
+  charts.chart_of_face = std::move(all.chart);
+  return charts;
 }
 
 Array<Index> find_smooth(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,

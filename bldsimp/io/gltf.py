@@ -286,6 +286,11 @@ def data_uri(uri: str) -> bytes:
         raise InputError("a data URI of the glTF file cannot be decoded: the file is damaged") from None
 
 
+def copied(value: Any) -> Any:
+    """A copy of JSON, as deep as it could be read."""
+    return json.loads(json.dumps(value))
+
+
 def pack_glb(json_: dict[str, Any], binary: bytes, chunks: list[tuple[int, bytes]]) -> bytes:
     """A GLB file of a document whose only buffer is the binary chunk."""
     text = gltf_text(json_, compact=True)

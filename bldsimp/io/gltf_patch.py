@@ -5,7 +5,6 @@ Names, nodes, instances, materials, images, animations, extras and unknown exten
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +15,7 @@ from ..normals import shaded
 from ..options import Options
 from ..rows import distinct_rows
 from ..scene import Light, Mesh, Scene
-from .gltf import Document
+from .gltf import Document, copied
 from .gltf_attributes import HARMLESS
 from .gltf_body import Body
 from .gltf_columns import Column, columns
@@ -53,7 +52,7 @@ def patched(
         Written for the primitives that have triangles.
     """
     document: Document = scene.source
-    json_ = copy.deepcopy(document.json)
+    json_ = copied(document.json)
     patch = _Patch(document, json_, options, Body(), BareMaterials(json_))
     vertices = 0
     # A document must show something: without any triangle it stays as it is.

@@ -57,6 +57,8 @@ def _settle_views(
         accessor["bufferView"] = -1 - accessor["bufferView"]
     old = json_.get("bufferViews", [])
     kept = {container[key] for container, key in view_slots(json_) if container[key] >= 0}
+    # What data was unpacked from is named by nothing.
+    freed |= set(range(len(old))) if document.unpacked else set()
     dropped = sorted(freed - kept)
     numbers = _merged(len(old), dropped, len(body.views), bool(unknown_extensions(json_)))
     # Buffers beside the document that lose nothing stay; the others become one.

@@ -75,12 +75,17 @@ class Textures:
 
 def texture_infos(value: Any) -> Iterator[dict[str, Any]]:
     """Every place in a material, or in an extension of a primitive, that names a texture."""
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, member in items:
-        if str(key).lower().endswith("texture") and isinstance(member, dict) and isinstance(member.get("index"), int):
-            yield member
-        elif key != "extras":
-            yield from texture_infos(member)
+    # JSON may be nested deeper than functions may call each other.
+    waiting = [value]
+    while waiting:
+        one = waiting.pop()
+        items = one.items() if isinstance(one, dict) else enumerate(one) if isinstance(one, list) else ()
+        for key, member in items:
+            named = str(key).lower().endswith("texture") and isinstance(member, dict)
+            if named and isinstance(member.get("index"), int):
+                yield member
+            elif key != "extras":
+                waiting.append(member)
 
 
 def _materials(primitive: dict[str, Any]) -> set[int]:

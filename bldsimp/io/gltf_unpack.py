@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
+import hashlib
 import importlib
 from collections.abc import Callable
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .gltf import COMPONENTS, MESHOPT, WIDTHS, Document
+from .gltf import COMPONENTS, MESHOPT, WIDTHS, Document, copied
 
 DRACO = "KHR_draco_mesh_compression"
 
@@ -35,7 +35,7 @@ def unpacked(document: Document, warnings: list[str]) -> Document:
     # Accessors, views and primitives get other entries; all else is shared with the file's own JSON.
     json_ = {**document.json}
     for key in ("accessors", "bufferViews", "meshes"):
-        json_[key] = copy.deepcopy(document.items(key))
+        json_[key] = copied(document.items(key))
     made = _Made(json_, document)
     for number, view in enumerate(json_["bufferViews"]):
         _unpack_view(made, number, view)
@@ -61,13 +61,14 @@ def unpacked(document: Document, warnings: list[str]) -> Document:
 
 
 class _Made:
-    """New buffers of a document, one for each piece of unpacked data."""
+    """New buffers of a document, one for each piece of unpacked data; equal pieces of Draco's are one."""
 
     def __init__(self, json_: dict[str, Any], document: Document) -> None:
         self.json = json_
         self.document = document
         self.buffers: list[bytes] = []
         self.decoded: dict[int, Any] = {}
+        self._views: dict[tuple[int, bytes], int] = {}
 
     def add(self, data: bytes) -> dict[str, Any]:
         """The place of new data, as a buffer view tells it."""
@@ -75,22 +76,30 @@ class _Made:
         number = len(self.document.buffers) + len(self.buffers) - 1
         return {"buffer": number, "byteOffset": 0, "byteLength": len(data)}
 
-    def fill(self, accessor: dict[str, Any], values: NDArray[Any]) -> None:
-        """Give an accessor values of its own type, in a view of their own."""
+    def fill(self, accessor: dict[str, Any], values: NDArray[Any], *, vertices: bool) -> None:
+        """Give an accessor values of its own type, in a view of them alone; vertices start at multiples of four."""
         kind = np.dtype("<" + COMPONENTS[accessor["componentType"]])
         values = np.ascontiguousarray(values).reshape(len(values), -1)
         if values.shape[1] != WIDTHS[accessor["type"]]:
             raise InputError("the Draco data of the glTF file has other attributes than its accessors: it is damaged")
         width = values.shape[1] * kind.itemsize
-        rows = np.zeros((len(values), width + -width % 4 if values.shape[1] > 1 else width), np.uint8)
+        rows = np.zeros((len(values), width + (-width % 4 if vertices else 0)), np.uint8)
         rows[:, :width] = values.astype(kind).view(np.uint8).reshape(len(values), width)
-        self.json["bufferViews"].append(self.add(rows.tobytes()))
-        if rows.shape[1] != width:
-            self.json["bufferViews"][-1]["byteStride"] = rows.shape[1]
-        accessor.update(bufferView=len(self.json["bufferViews"]) - 1, count=len(values))
+        accessor.update(bufferView=self._view(rows, vertices), count=len(values))
         accessor.pop("byteOffset", None)
         if "min" in accessor and len(values):
             accessor["min"], accessor["max"] = values.min(axis=0).tolist(), values.max(axis=0).tolist()
+
+    def _view(self, rows: NDArray[np.uint8], strided: bool) -> int:
+        """A view of rows of bytes."""
+        data = rows.tobytes()
+        key = rows.shape[1] * (1 if strided else -1), hashlib.sha256(data).digest()
+        if key not in self._views:
+            self._views[key] = len(self.json["bufferViews"])
+            self.json["bufferViews"].append(self.add(data))
+            if strided:
+                self.json["bufferViews"][-1]["byteStride"] = rows.shape[1]
+        return self._views[key]
 
 
 def _named(document: Document) -> set[str]:
@@ -168,12 +177,12 @@ def _unpack_primitive(made: _Made, document: Document, primitive: dict[str, Any]
     mesh = made.decoded[view]
     primitive["mode"] = 4
     if "indices" in primitive:
-        made.fill(accessors[primitive["indices"]], np.asarray(mesh.faces).reshape(-1, 1))
+        made.fill(accessors[primitive["indices"]], np.asarray(mesh.faces).reshape(-1, 1), vertices=False)
     for name, unique in names.items():
         found = mesh.get_attribute_by_unique_id(unique)
         if found is None:
             raise InputError(f"the Draco data of the glTF file has no attribute {unique}, {name}: it is damaged")
-        made.fill(accessors[primitive["attributes"][name]], np.asarray(found["data"]))
+        made.fill(accessors[primitive["attributes"][name]], np.asarray(found["data"]), vertices=True)
 
 
 def _draco(data: bytes) -> Any:

@@ -170,7 +170,7 @@ def _gltf_files(
             json_, binary, written.vertices = patched(
                 scene, lights, options, written.warnings, whole=inside, first=format_ == "glb"
             )
-        except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        except (AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError) as error:
             # What no mesh uses is not looked at before the document is put together again.
             what = f"{type(error).__name__}: {error}"
             raise OutputError(f"the input's glTF JSON is not as the format asks ({what}): it is damaged") from error

@@ -1,1 +1,1 @@
-"""The two buildings in data/, and the kit that they are made with."""
+"""The buildings in data/, and the kit that they are made with."""
