@@ -45,7 +45,13 @@ class BoxTree {
 
   BoxTree(std::span<const Vec3> points, std::span<const Face> faces, std::vector<Index> members)
       : order_(std::move(members)) {
-    if (!order_.empty()) build(points, faces, 0, static_cast<Index>(order_.size()));
+    if (order_.empty()) return;
+    std::vector<Vec3> middles(faces.size());
+    for (const Index face : order_) {
+      const auto [a, b, c] = faces[face];
+      middles[face] = points[a] + points[b] + points[c];
+    }
+    build(points, faces, middles, 0, static_cast<Index>(order_.size()));
   }
 
   // The faces, in an order in which near ones mostly are beside each other.
@@ -78,11 +84,9 @@ class BoxTree {
   }
 
  private:
-  void build(std::span<const Vec3> points, std::span<const Face> faces, Index begin, Index end) {
-    const auto middle = [&](Index face) {
-      const auto [a, b, c] = faces[face];
-      return points[a] + points[b] + points[c];
-    };
+  // Three times the middles of faces tell where they are.
+  void build(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Vec3> middle, Index begin,
+             Index end) {
     const std::size_t node = nodes_.size();
     BoxNode box;
     Box middles;
@@ -91,7 +95,7 @@ class BoxTree {
       for (const Index corner : {a, b, c}) box.add(points[corner]);
       for (const auto& [p, q] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)})
         box.longest = std::max(box.longest, length(points[q] - points[p]));
-      middles.add(middle(order_[i]));
+      middles.add(middle[order_[i]]);
     }
     box.begin = begin;
     box.end = end;
@@ -104,10 +108,10 @@ class BoxTree {
     const Index half = begin + (end - begin) / 2;
     const auto at = [&](Index i) { return order_.begin() + i; };
     std::nth_element(at(begin), at(half), at(end),
-                     [&](Index f, Index g) { return middle(f).*axis < middle(g).*axis; });
-    build(points, faces, begin, half);
+                     [&](Index f, Index g) { return middle[f].*axis < middle[g].*axis; });
+    build(points, faces, middle, begin, half);
     nodes_[node].second = static_cast<Index>(nodes_.size());
-    build(points, faces, half, end);
+    build(points, faces, middle, half, end);
   }
 
   template <class Enter, class Leaf>

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
 
 #include "parallel.hpp"
 
@@ -24,6 +25,8 @@ constexpr double kLeastShare = 0.1;
 // What is nearer than this share of the tolerance fits.
 constexpr double kFitting = 0.02;
 constexpr int kMostRounds = 8;
+// The bound that is told looks at so many places first.
+constexpr std::size_t kPlaces = 50000;
 
 Index third(const Face& f, Index p, Index q) {
   return *std::find_if(f.begin(), f.end(), [&](Index r) { return r != p && r != q; });
@@ -37,7 +40,8 @@ Collapser::Collapser(const Left& input)
       single_(without_copies(input.faces)),
       faces_(single_.faces),
       labels_(labels_of(single_, input.label)),
-      near_(faces_.size(), 0) {
+      near_(faces_.size(), 0),
+      far_(faces_.size(), std::ranges::equal(input.faces, input.surface) ? 0.0 : limit_) {
   const std::size_t n = input.points.size();
   if (n) middle_ = input.points[n / 2];
   for (const Vec3& p : input.points) origin_.push_back(p - middle_);
@@ -50,8 +54,8 @@ Collapser::Collapser(const Left& input)
   stamp_.assign(n, 0);
   for (std::size_t f = 0; f < faces_.size(); ++f)
     for (const Index p : faces_[f]) star_[p].push_back(static_cast<Index>(f));
-  tree_.emplace(origin_, input.surface);
-  cover_.emplace(origin_, input.surface, points_, faces_, limit_);
+  tree_.emplace(origin_, input.surface, limit_);
+  cover_.emplace(origin_, input.surface, tree_->order(), points_, faces_, limit_);
   crossings_.emplace(result_.points, faces_, input.beside);
   for (const auto& faces : {std::span<const Face>(faces_), input.beside})
     for (const Face& f : faces)
@@ -76,7 +80,7 @@ void Collapser::find_borders() {
     if (kind + 1 < edge_kinds) first_edge_[kind + 1] = first_edge_[kind] + static_cast<Index>(now.size());
     rims_[kind] = before;
     edge_tree_[kind].emplace(origin_, before);
-    edge_cover_[kind].emplace(origin_, before, points_, now, limit_);
+    edge_cover_[kind].emplace(origin_, before, edge_tree_[kind]->order(), points_, now, limit_);
   }
 }
 
@@ -164,15 +168,23 @@ std::vector<Index> Collapser::neighbours(Index a) const {
 
 void Collapser::push_from(Index a) {
   ++stamp_[a];
+  push_next(a, {-1, a, -1, 0});
+}
+
+// The best way for a point to go after one that was refused: others can wait until that is refused too.
+void Collapser::push_next(Index a, const Candidate& last) {
   if (fixed_[a]) return;
+  std::optional<Candidate> best;
   for (const Index b : neighbours(a)) {
     if (input_.shared[b] || (!rim_[a].empty() && edge_between(a, b) < 0)) continue;
     Quadric sum = quadric_[a];
     sum.add(quadric_[b]);
     const Vec3 way = points_[b] - points_[a];
     const double size = dot(way, way);
-    queue_.push({std::max(sum.at(points_[b]), 0.0) + kLength * size * size, a, b, stamp_[a]});
+    const Candidate next{std::max(sum.at(points_[b]), 0.0) + kLength * size * size, a, b, stamp_[a]};
+    if (next < last && (!best || *best < next)) best = next;
   }
+  if (best) queue_.push(*best);
 }
 
 void Collapser::push_all() {
@@ -184,6 +196,7 @@ void Collapser::push_all() {
 void Collapser::commit() {
   cover_->commit(now_.old, now_.holders);
   crossings_->commit(now_.old, changes());
+  for (const Made& made : now_.made) far_[made.slot] = now_.far;
   if (now_.old_edges.empty()) return;
   const int kind = edges_[now_.old_edges[0]].kind;
   std::vector<Index> old(now_.old_edges);
@@ -227,6 +240,7 @@ bool Collapser::pop_all() {
     survey(next.from, next.to, result_.points[next.to]);
     if (const auto why = refusal()) {
       ++result_.refusals[static_cast<std::size_t>(*why)];
+      push_next(next.from, next);
       continue;
     }
     ++result_.accepted;
@@ -363,14 +377,17 @@ std::vector<Index> Collapser::holders() const {
   return found;
 }
 
-// The distances at corners and middles tell how little there is no need to look at closely. What the standing proof
-// holds to the limit is no farther, however long it would take to tell.
+// The distances of some places tell how little there is no need to look at closely. What the standing proof holds to the
+// limit is no farther, however long it would take to tell; nor need more be told of what is no farther than is known of
+// something else. Guesses are faces of the other surface, or none.
 static double farthest(std::span<const Vec3> points, std::span<const Face> faces, const FaceTree& other,
-                       double precision, double limit) {
+                       std::span<const Index> guesses, double known, double precision, double limit) {
   std::vector<Vec3> some;
-  for (const auto& [a, b, c] : faces)
+  for (std::size_t f = 0; f < faces.size(); f += 1 + faces.size() / kPlaces) {
+    const auto& [a, b, c] = faces[f];
     some.insert(some.end(), {points[a], (1.0 / 3) * (points[a] + points[b] + points[c])});
-  const double least = other.farthest(some, std::numeric_limits<double>::infinity());
+  }
+  const double enough = std::max(known, other.farthest(some, std::numeric_limits<double>::infinity()) + precision);
   std::vector<double> reach(faces.size());
   parallel_for(
       faces.size(),
@@ -378,12 +395,12 @@ static double farthest(std::span<const Vec3> points, std::span<const Face> faces
         for (std::size_t f = begin; f < end; ++f) {
           const auto& [a, b, c] = faces[f];
           const std::array<Vec3, 3> own{points[a], points[b], points[c]};
-          reach[f] = other.reach(own, least + precision, precision);
+          reach[f] = other.reach(own, enough, precision, guesses.empty() ? 0 : guesses[f]);
           if (reach[f] > limit && other.holds(own, limit)) reach[f] = limit;
         }
       },
       64);
-  return reach.empty() ? 0 : *std::max_element(reach.begin(), reach.end());
+  return std::accumulate(reach.begin(), reach.end(), known, [](double a, double b) { return std::max(a, b); });
 }
 
 double Collapser::deviation(const Collapsed& result) const {
@@ -395,16 +412,18 @@ double Collapser::deviation(const Collapsed& result) const {
   const auto edges = borders(single.faces, points_.size(), labels_of(single, label));
   const auto rim = flat_faces(edges, 0);
   // Each step holds borders to the limit. One beyond it is none: faces with the same corners have come to count as one.
-  const auto held = [&](std::span<const Vec3> points, std::span<const Face> border, const FaceTree& other) {
+  const auto held = [&](std::span<const Vec3> points, std::span<const Face> border, const FaceTree& other,
+                        double known) {
     std::vector<Face> near;
     std::copy_if(border.begin(), border.end(), std::back_inserter(near), [&](const Face& edge) {
       return other.holds({points[edge[0]], points[edge[1]], points[edge[2]]}, limit_);
     });
-    return farthest(points, near, other, precision, limit_);
+    return farthest(points, near, other, {}, known, precision, limit_);
   };
-  return std::max({farthest(origin_, input_.surface, FaceTree(points_, faces), precision, limit_),
-                   farthest(points_, faces, *tree_, precision, limit_),
-                   held(origin_, rims_[0], FaceTree(points_, rim)), held(points_, rim, *edge_tree_[0])});
+  double found = farthest(origin_, input_.surface, FaceTree(points_, faces), result.holder, 0, precision, limit_);
+  found = farthest(points_, faces, *tree_, {}, found, precision, limit_);
+  found = held(origin_, rims_[0], FaceTree(points_, rim), found);
+  return held(points_, rim, *edge_tree_[0], found);
 }
 
 }  // namespace bldsimp

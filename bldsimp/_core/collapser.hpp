@@ -84,6 +84,7 @@ class Collapser {
   void fix_points();
   void add_quadrics();
   void push_from(Index a);
+  void push_next(Index a, const Candidate& last);
   void push_all();
   bool pop_all();
   void move_all();
@@ -98,6 +99,7 @@ class Collapser {
   Refused refusal();
   bool links() const;
   Refused shape() const;
+  void bound();
   bool backward_at_places();
   bool backward() const;
   bool backward_edge() const;
@@ -124,6 +126,7 @@ class Collapser {
   std::array<Index, edge_kinds> first_edge_{};  // of each kind
   std::optional<FaceTree> tree_;
   std::vector<Index> near_;  // of each face, one of the surface that was near it
+  std::vector<double> far_;  // how far each face is from the surface at most
   std::array<std::vector<Face>, edge_kinds> rims_;  // borders of the surface of each kind, as faces without area
   std::array<std::optional<FaceTree>, edge_kinds> edge_tree_;
   std::optional<Cover> cover_;
@@ -142,6 +145,7 @@ class Collapser {
     std::vector<MadeEdge> made_edges;
     std::vector<Index> old, old_edges, ring, apexes;
     std::vector<Holder> holders, edge_holders;
+    double far;  // how far what is made is from the surface at most
   } now_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <numeric>
 
 #include "box_tree.hpp"
 #include "parallel.hpp"
@@ -13,12 +12,6 @@ namespace {
 // A group is of no use if its box is thicker than this many times the limit: hardly a face would hold it.
 constexpr double kThickest = 2;
 constexpr std::size_t kLeastParallel = 4096;
-
-std::vector<Index> iota(std::size_t count) {
-  std::vector<Index> members(count);
-  std::iota(members.begin(), members.end(), 0);
-  return members;
-}
 
 Vec3 unit(Vec3 v) {
   const double size = length(v);
@@ -33,23 +26,22 @@ Vec3 square_to(Vec3 u) {
 
 }  // namespace
 
-Cover::Cover(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Vec3> positions,
-             std::span<const Face> slots, double limit)
+Cover::Cover(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Index> order,
+             std::span<const Vec3> positions, std::span<const Face> slots, double limit)
     : limit_(limit), place_(surface.size()), relying_(slots.size()) {
   if (slots.empty() || surface.empty()) return;
   const FaceTree tree(positions, slots);
   triangle_.reserve(slots.size());
   for (const auto& [a, b, c] : slots) triangle_.emplace_back(positions[a], positions[b], positions[c]);
-  const BoxTree order(points, surface, iota(surface.size()));
   pieces_.reserve(2 * surface.size());
-  for (const Index face : order.order()) {
+  for (const Index face : order) {
     const auto& [a, b, c] = surface[face];
     place_[face] = static_cast<Index>(pieces_.size());
     pieces_.push_back({{points[a], points[b], points[c], {}}});
   }
   std::vector<Face> ordered;
   ordered.reserve(surface.size());
-  for (const Index face : order.order()) ordered.push_back(surface[face]);
+  for (const Index face : order) ordered.push_back(surface[face]);
   first_group_ = static_cast<Index>(pieces_.size());
   pieces_.emplace_back();
   group(first_group_, points, ordered, 0, ordered.size());

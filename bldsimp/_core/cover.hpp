@@ -26,9 +26,10 @@ class Cover {
  public:
   static constexpr std::size_t most_holders = 64;
 
-  // The surface is over `points`, the faces that hold it over `positions`.
-  Cover(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Vec3> positions,
-        std::span<const Face> slots, double limit);
+  // The surface is over `points`, and in `order` its faces are mostly beside near ones, as in a tree over them; the
+  // faces that hold it are over `positions`.
+  Cover(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Index> order,
+        std::span<const Vec3> positions, std::span<const Face> slots, double limit);
 
   // Slots that something relies on although it is farther than the limit.
   const std::vector<Index>& unproven() const { return unproven_; }

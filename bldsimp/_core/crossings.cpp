@@ -230,7 +230,7 @@ bool Crossings::visit(const Box& box, std::span<const Index> old, Leaf leaf) con
 // Some slots, and what crosses them.
 class Crossings::Before {
  public:
-  Before(const Crossings& mesh, std::span<const Index> old, std::span<const Index> around) : mesh_(mesh) {
+  Before(const Crossings& mesh, std::span<const Index> old, std::span<const Index> around) : mesh_(mesh), old_(old) {
     for (const auto& slots : {old, around})
       for (const Index slot : slots) {
         own_.emplace_back(mesh.at(slot));
@@ -244,6 +244,21 @@ class Crossings::Before {
       for (std::size_t j = 0; j < i; ++j)
         if (crosses(own_[i], own_[j])) return true;
     return false;
+  }
+
+  // How many pairs cross of which one at least is old.
+  int pairs() const {
+    int count = 0;
+    Box all;
+    for (std::size_t i = 0; i < old_.size(); ++i) {
+      all.add(boxes_[i]);
+      for (std::size_t j = 0; j < i; ++j) count += crosses(own_[i], own_[j]);
+    }
+    mesh_.visit(all, old_, [&](Index, const Triangle& t, const Box& box) {
+      for (std::size_t i = 0; i < old_.size(); ++i) count += boxes_[i].meets(box) && crosses(own_[i], t);
+      return true;
+    });
+    return count;
   }
 
   // Whether a triangle crosses the slots, or another one at its corners does.
@@ -269,7 +284,8 @@ class Crossings::Before {
   }
 
   const Crossings& mesh_;
-  std::vector<Oriented> own_;
+  std::span<const Index> old_;
+  std::vector<Oriented> own_;  // old ones first
   std::vector<Box> boxes_;
   Box all_;
 };
@@ -285,14 +301,17 @@ bool Crossings::made(std::span<const Index> old, std::span<const Index> around, 
   }
   std::optional<Before> before;
   const auto look_back = [&]() -> Before& { return before ? *before : before.emplace(*this, old, around); };
+  int pairs = 0;
   for (std::size_t i = 0; i < come.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (crosses(come[i], come[j]) && !look_back().each_other()) return true;
-  return !visit(all, old, [&](Index slot, const Triangle& t, const Box& box) {
-    for (std::size_t i = 0; i < come.size(); ++i)
-      if (boxes[i].meets(box) && crosses(come[i], t)) return slot < own_ && look_back().at(t, box);
-    return true;
+    for (std::size_t j = 0; j < i; ++j) pairs += crosses(come[i], come[j]);
+  if (pairs > 0 && !look_back().each_other()) return true;
+  const bool moved_on = visit(all, old, [&](Index slot, const Triangle& t, const Box& box) {
+    int own = 0;
+    for (std::size_t i = 0; i < come.size(); ++i) own += boxes[i].meets(box) && crosses(come[i], t);
+    pairs += own;
+    return own == 0 || (slot < own_ && look_back().at(t, box));
   });
+  return !moved_on || (pairs > 0 && pairs > look_back().pairs());
 }
 
 void Crossings::commit(std::span<const Index> old, std::span<const Change> fresh) {

@@ -40,7 +40,8 @@ class Crossings {
 
   // Whether the triangles of `fresh`, whose slots are among the `old` ones that they take the place of, would cross
   // one another or a triangle that stays, where nothing crossed before: where two sheets do cross, they may cross
-  // along other triangles, but these must share a corner with those that crossed. Nothing may cross what is beside.
+  // along other triangles, but these must share a corner with those that crossed, and be no more pairs than those of
+  // the old slots. Nothing may cross what is beside.
   // `around` are slots that share a corner with old ones. About O(log n); may run in several threads.
   bool made(std::span<const Index> old, std::span<const Index> around, std::span<const Change> fresh) const;
 

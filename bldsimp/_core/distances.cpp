@@ -46,6 +46,10 @@ FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces)
   }
 }
 
+FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces, double limit) : FaceTree(points, faces) {
+  panels_ = Panels(points, faces, tree_, limit);
+}
+
 double FaceTree::to_face(Vec3 query, Index face) const {
   return std::sqrt(triangles_[place_[face]].squared_distance(query));
 }
@@ -81,21 +85,21 @@ bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
 
 // The distance to one face is greatest at a corner, and no point is farther than another and the way there. The
 // farthest piece is halved first, so that what is left is a bound whenever one stops.
-double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const {
+double FaceTree::reach(const std::array<Vec3, 3>& triangle, double enough, double precision, Index guess) const {
   if (triangles_.empty()) return kFar;
-  Index nearest = 0;
+  Index nearest = guess;
   double least = 0;  // that the greatest distance is
+  const auto to_nearest = [&](const std::array<Vec3, 3>& t) {
+    return std::max({to_face(t[0], nearest), to_face(t[1], nearest), to_face(t[2], nearest)});
+  };
+  if (const double most = to_nearest(triangle); most <= enough) return most;
   const auto piece = [&](const std::array<Vec3, 3>& corners) {
     const auto& [a, b, c] = corners;
     const Vec3 middle = (1.0 / 3) * (a + b + c);
     const double at_middle = distance(middle, nearest);
     least = std::max(least, at_middle);
-    double to_one = 0, way = 0;
-    for (const Vec3& p : corners) {
-      to_one = std::max(to_one, to_face(p, nearest));
-      way = std::max(way, length(p - middle));
-    }
-    return Piece{std::min(to_one, at_middle + way), corners};
+    const double way = std::max({length(a - middle), length(b - middle), length(c - middle)});
+    return Piece{std::min(to_nearest(corners), at_middle + way), corners};
   };
   std::vector<Piece> left{piece(triangle)};  // a heap
   while (left.front().most > std::max(enough, least + precision) && left.size() < kMostPieces) {
@@ -159,7 +163,8 @@ class FaceTree::Holding {
     box.low = box.low - around;
     box.high = box.high + around;
     const std::size_t end = near_.size();
-    for (std::size_t i = begin; i < end; ++i) open(near_[i], box, longest);
+    for (std::size_t i = begin; i < end; ++i)
+      if (open(near_[i], piece, box, longest)) return done(end, true);
     // A face that holds the whole piece is not much shorter than it.
     for (std::size_t i = end; i < near_.size(); ++i)
       if (one_holds(piece, near_[i], box, longest - 2 * limit_)) return done(end, true);
@@ -168,17 +173,17 @@ class FaceTree::Holding {
     return done(end, piece_holds(halves[0], end) && piece_holds(halves[1], end));
   }
 
-  // Nodes no longer than the piece, and those without halves.
-  void open(Index at, const Box& box, double longest) {
+  // Nodes no longer than the piece, and those without halves; or whether the panel of one on the way to them holds it.
+  bool open(Index at, const Triangle& piece, const Box& box, double longest) {
     const BoxNode& node = nodes_[at];
-    if (!node.meets(box)) return;
+    if (!node.meets(box)) return false;
+    if (const Panel* panel = tree_.panels_.at(at); panel && panel->holds(piece, limit_)) return true;
     const Vec3 size = node.high - node.low;
     if (node.second == 0 || std::max({size.x, size.y, size.z}) <= longest) {
       near_.push_back(at);
-      return;
+      return false;
     }
-    open(at + 1, box, longest);
-    open(node.second, box, longest);
+    return open(at + 1, piece, box, longest) || open(node.second, piece, box, longest);
   }
 
   bool one_holds(const Triangle& piece, Index at, const Box& box, double shortest) {

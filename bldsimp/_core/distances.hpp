@@ -7,6 +7,7 @@
 
 #include "box_tree.hpp"
 #include "framed.hpp"
+#include "panels.hpp"
 #include "vec3.hpp"
 
 namespace bldsimp {
@@ -24,6 +25,12 @@ class FaceTree {
 
   FaceTree(std::span<const Vec3> points, std::span<const Face> faces);
 
+  // One that knows panels that are flat but for a limit, for `holds` to be asked about large triangles at that limit.
+  FaceTree(std::span<const Vec3> points, std::span<const Face> faces, double limit);
+
+  // The faces, in an order in which near ones mostly are beside each other.
+  const std::vector<Index>& order() const { return tree_.order(); }
+
   std::vector<double> distances(std::span<const Vec3> queries) const;
 
   // The greatest distance of the queries. Stops once one lies beyond `limit`: then it is some distance
@@ -39,9 +46,9 @@ class FaceTree {
   bool within(Vec3 query, double limit, Index& nearest) const;
 
   // How far any point of a triangle is from the faces at most. It is never too small, and exact but for
-  // `precision`, or for `enough` where it is less than that. O(log m) for each
-  // place where the triangle leaves one face for another.
-  double reach(const std::array<Vec3, 3>& triangle, double enough, double precision) const;
+  // `precision`, or for `enough` where it is less than that. `guess` may be a face that is near all of it. O(log m)
+  // for each place where the triangle leaves one face for another.
+  double reach(const std::array<Vec3, 3>& triangle, double enough, double precision, Index guess = 0) const;
 
   // Whether every point of a triangle is within `limit` of the faces. Never wrongly true; false also where more
   // than a small share of `limit` would have to tell.
@@ -56,6 +63,7 @@ class FaceTree {
   class Holding;
 
   BoxTree tree_;
+  Panels panels_;
   std::vector<FramedTriangle> triangles_;  // in the order of the tree
   std::vector<Index> place_;               // of each face among them
 };

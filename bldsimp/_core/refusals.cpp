@@ -1,8 +1,10 @@
 // Why a collapse or a move is refused.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "collapser.hpp"
+#include "fans.hpp"
 
 namespace bldsimp {
 namespace {
@@ -151,6 +153,22 @@ Collapser::Refused Collapser::shape() const {
   return {};
 }
 
+// How far what is made is from the surface, by what is known of what it replaces.
+void Collapser::bound() {
+  auto& now = now_;
+  now.far = std::numeric_limits<double>::infinity();
+  if (!rim_[now.a].empty()) return;
+  double far = 0;
+  for (const Index f : now.old) far = std::max(far, far_[f]);
+  if (!(far < limit_)) return;
+  std::vector<std::array<Vec3, 2>> ring;
+  for (const Index f : now.old) {
+    const auto i = static_cast<std::size_t>(std::find(faces_[f].begin(), faces_[f].end(), now.a) - faces_[f].begin());
+    ring.push_back({points_[faces_[f][(i + 1) % 3]], points_[faces_[f][(i + 2) % 3]]});
+  }
+  now.far = far + fans_apart(points_[now.a], now.target, ring);
+}
+
 // A few places tell of most faces that are too far, and soon.
 bool Collapser::backward_at_places() {
   for (const Made& made : now_.made) {
@@ -211,11 +229,14 @@ Collapser::Refused Collapser::refusal() {
   if (now_.b >= 0 && !links()) return Refusal::link;
   if (const auto bad = shape()) return bad;
   if (!backward_edge()) return Refusal::border;
-  if (!backward_at_places()) return Refusal::backward;
+  bound();
+  const bool known = now_.far <= limit_;
+  if (!known && !backward_at_places()) return Refusal::backward;
   if (!forward_edge()) return Refusal::border;
   if (crossings_->made(now_.old, now_.around, changes())) return Refusal::crossing;
   if (!forward()) return Refusal::forward;
-  if (!backward()) return Refusal::backward;
+  if (!known && !backward()) return Refusal::backward;
+  if (!known) now_.far = limit_;
   return {};
 }
 

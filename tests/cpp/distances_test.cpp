@@ -77,11 +77,42 @@ void reach_is_never_too_small_and_near_however_long_the_triangle() {
   }
 }
 
+// A rough field with holes and a step, seen by triangles of many sizes.
+void panels_hold_what_is_near_and_nothing_else() {
+  std::mt19937_64 generator(3);
+  std::uniform_real_distribution<double> rough(-0.1, 0.1), place(0, 40), high(-0.5, 0.5);
+  constexpr Index n = 40;
+  std::vector<Vec3> points;
+  std::vector<Face> faces;
+  for (Index i = 0; i <= n; ++i)
+    for (Index j = 0; j <= n; ++j)
+      points.push_back({static_cast<double>(i), static_cast<double>(j), (j > 25 ? 0.5 : 0.0) + rough(generator)});
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j) {
+      if (i % 13 == 7 && j % 11 == 5) continue;
+      const Index a = i * (n + 1) + j, b = a + n + 1;
+      faces.insert(faces.end(), {{a, b, b + 1}, {a, b + 1, a + 1}});
+    }
+  const double limit = 0.3;
+  const FaceTree plain(points, faces), with(points, faces, limit);
+  int held = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const double size = 0.5 + round % 10, x = place(generator), y = place(generator), z = high(generator);
+    const std::array<Vec3, 3> t{Vec3{x, y, z}, Vec3{x + size, y, z}, Vec3{x, y + size, z + 0.2 * rough(generator)}};
+    const bool found = with.holds(t, limit);
+    held += found;
+    CHECK(found || !plain.holds(t, limit));
+    if (found) CHECK(plain.reach(t, limit, 1e-3) <= limit + 2e-3);
+  }
+  CHECK(held > 100);
+}
+
 }  // namespace
 
 int main() {
   RUN(reach_is_never_too_small_and_near_however_long_the_triangle);
   RUN(the_tree_finds_the_nearest_of_all_faces);
+  RUN(panels_hold_what_is_near_and_nothing_else);
   RUN(without_faces_everything_is_far);
   return check::report();
 }
