@@ -88,6 +88,9 @@ class TestInputs:
             (["models", "light", "--memory", "20M", "-j", "4"], "too little for 4 jobs"),
             (["models", "light", "--tolerance", "-1"], "--tolerance"),
             (["models", "light", "--verify"], "--resume"),
+            (["b.obj", "light", "--timeout", "inf"], "at most 1,000,000 seconds"),
+            (["b.obj", "light", "--timeout", "nan"], "at most 1,000,000 seconds"),
+            (["b.obj", "light", "--timeout", "0"], "above 0"),
             (["models"], "folder for the results"),
         ],
     )

@@ -34,6 +34,9 @@ Examples:
 
 MANIFEST = "manifest.jsonl"
 
+MOST_SECONDS = 1e6
+"""Twelve days; not much more than this can a system wait for a file at all."""
+
 
 @dataclass(frozen=True)
 class Wishes:
@@ -68,7 +71,8 @@ class Wishes:
 )
 @click.option(
     "--timeout",
-    type=click.FloatRange(0, min_open=True),
+    type=float,
+    callback=lambda context, option, seconds: _check_timeout(seconds),
     default=BATCH_TIMEOUT,
     metavar="SECONDS",
     help=f"Most for each file.  [default: {BATCH_TIMEOUT:g}]",
@@ -163,6 +167,13 @@ def _run(sources: Sequence[str], layout: Layout, manifest: str | None, options: 
         raise KeyboardInterrupt
     if totals.failed:
         raise InputError(f"{totals.failed:,} of {totals.failed + totals.done:,} files failed: see {where}")
+
+
+def _check_timeout(seconds: float) -> float:
+    # Written so that what is no number fails, too.
+    if not 0 < seconds <= MOST_SECONDS:
+        raise click.BadParameter(f"{seconds:g} is not above 0 and at most {MOST_SECONDS:,.0f} seconds")
+    return seconds
 
 
 def _listed(sources: Sequence[str]) -> list[str]:
