@@ -276,6 +276,13 @@ class TestResume:
         assert b"before" not in run(models, light, "--resume", "--tolerance", "1%").stderr
         assert b"12 done before" in run(models, light, "--resume", "--tolerance", "1%").stderr
 
+    def test_another_format_of_the_same_name_does_all_again(self, models: Path, light: Path) -> None:
+        words = (models, light, "--name", "{stem}.mesh", "--to")
+        run(*words, "ply")
+        assert b"before" not in run(*words, "obj", "--resume").stderr
+        assert all(read(light / name, "obj").meshes for name in results(light))
+        assert b"12 done before" in run(*words, "obj", "--resume").stderr
+
     def test_verify_finds_what_size_and_time_hide(self, models: Path, light: Path) -> None:
         run(models, light)
         source, target = models / "district 0" / "building_000.obj", light / "district 1" / "building_001.ply"

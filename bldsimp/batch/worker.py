@@ -228,6 +228,8 @@ def _simplified(task: Task, order: Order) -> Row:
         task.name,
         task.output,
         DONE,
+        format_before=task.from_,
+        format_after=task.to,
         input_bytes=found.size,
         input_mtime_ns=found.mtime,
         input_sha256=input_digest,
