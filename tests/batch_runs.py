@@ -68,6 +68,24 @@ def misbehaving(folder: Path, more: str = "", **variables: str) -> dict[str, str
     return os.environ | {"PYTHONPATH": str(folder)} | variables
 
 
+DIES = """
+import os, sys
+from pathlib import Path
+from bldsimp.io.target import replace_files
+
+os.replace = lambda *_: os._exit(9)
+replace_files({Path(sys.argv[1], "result.obj"): b"half"})
+"""
+
+
+def leftover(folder: Path) -> Path:
+    """What a process leaves in a folder that is killed before it puts a file in place."""
+    before = set(folder.iterdir())
+    assert subprocess.run([sys.executable, "-c", DIES, folder], check=False).returncode == 9
+    (left,) = set(folder.iterdir()) - before
+    return left
+
+
 def wait_for_rows(manifest: Path, count: int, process: subprocess.Popen[bytes]) -> None:
     """Wait until a run has recorded so many files."""
     while not manifest.exists() or manifest.read_bytes().count(b"\n") < count:

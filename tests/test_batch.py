@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from batch_runs import COMMAND, buildings, done, failed, misbehaving, results, rows, run, start, terrain, wait_for_rows
+from batch_runs import COMMAND, buildings, done, failed, leftover, misbehaving, results, rows, run, start, terrain, wait_for_rows
 from shapes import Gltf, fine_box, obj_text, write
 
 from bldsimp import __version__
@@ -331,7 +331,7 @@ class TestStops:
             assert 0 < len(recorded) < 60
             while processes_in(tmp_path):
                 time.sleep(0.02)
-        write(light / "district 0" / ".building_000.obj.0123abcd.tmp", "half")
+        leftover(light / "district 0")
         assert run(models, light, "--resume").returncode == 0
         assert results(light) == results(whole)
         names = done(light / "manifest.jsonl")

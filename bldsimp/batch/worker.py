@@ -83,10 +83,11 @@ class Worker:
             left = left[ended:]
 
     def kill(self) -> None:
-        """End the process at once; any thread may ask for it."""
+        """End the process at once, and wait until it has; any thread may ask for it."""
         process = self._process
         if process is not None:
             process.kill()
+            process.wait()
 
     def close(self) -> None:
         """Let the process end, as it does when nobody asks any more."""
