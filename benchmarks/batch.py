@@ -337,7 +337,8 @@ def made_up(task: Task) -> Row:
 
     return Row(
         task.name, task.output, DONE, format_before=task.from_, format_after=task.to, input_mtime_ns=task.mtime,
-        input_sha256="0" * 64, output_bytes=0, output_sha256="0" * 64, points_before=1000, points_after=100, triangles_before=2000, triangles_after=200,
+        input_sha256="0" * 64, output_bytes=0, output_sha256="0" * 64, points_before=1000, points_after=100,
+        triangles_before=2000, triangles_after=200,
         tolerance=1e-5, deviation=1e-6, seconds=0.01, version=__version__,
     )  # fmt: skip
 

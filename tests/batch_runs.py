@@ -27,6 +27,11 @@ def simplify_file(source, *arguments, **options):
         time.sleep(1000)
     if "crashes" in name:
         os.kill(os.getpid(), signal.SIGSEGV)
+    if "killed" in name:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if "aborts" in name:
+        os.write(2, b"terminate called after throwing an instance of 'std::bad_alloc'\\n  what():  std::bad_alloc\\n")
+        os.abort()
     if "grows" in name:
         held = [bytearray(10_000_000) for _ in range(100_000)]
     time.sleep(float(os.environ.get("SECONDS_PER_FILE", 0)))

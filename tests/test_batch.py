@@ -12,7 +12,20 @@ import time
 from pathlib import Path
 
 import pytest
-from batch_runs import COMMAND, buildings, done, failed, leftover, misbehaving, results, rows, run, start, terrain, wait_for_rows
+from batch_runs import (
+    COMMAND,
+    buildings,
+    done,
+    failed,
+    leftover,
+    misbehaving,
+    results,
+    rows,
+    run,
+    start,
+    terrain,
+    wait_for_rows,
+)
 from shapes import Gltf, fine_box, obj_text, write
 
 from bldsimp import __version__
@@ -190,16 +203,19 @@ class TestPoison:
     def test_files_that_hang_crash_or_grow_cost_themselves_alone(
         self, models: Path, light: Path, tmp_path: Path
     ) -> None:
-        for name in ("hangs", "crashes", "grows"):
+        for name in ("hangs", "crashes", "grows", "killed", "aborts"):
             shutil.copy(models / "district 0" / "building_000.obj", models / "district 0" / f"{name}.obj")
         result = run(models, light, *LEAST_MEMORY, "--timeout", "3", env=misbehaving(tmp_path / "site"))
         assert result.returncode == 1
         bad = failed(light / "manifest.jsonl")
         assert {row["input"]: row["kind"] for row in bad.values()} == {
             "district 0/hangs.obj": "timeout", "district 0/crashes.obj": "crash", "district 0/grows.obj": "memory",
+            "district 0/killed.obj": "crash", "district 0/aborts.obj": "memory",
         }  # fmt: skip
         assert all(row["attempts"] == 2 for row in bad.values())
         assert "SIGSEGV" in bad["district 0/crashes.obj"]["error"]
+        # As the system does it where the machine runs out of memory.
+        assert "SIGKILL): out of memory?" in bad["district 0/killed.obj"]["error"]
         assert len(done(light / "manifest.jsonl")) == len(results(light)) == 12
 
     def test_a_full_disk(self, models: Path, tmp_path: Path) -> None:
