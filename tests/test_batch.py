@@ -25,6 +25,7 @@ from batch_runs import (
     start,
     terrain,
     wait_for_rows,
+    wait_until_nobody_is_in,
 )
 from shapes import Gltf, fine_box, obj_text, write
 
@@ -239,18 +240,6 @@ class TestPoison:
             subprocess.run(["umount", str(light)], check=True)
 
 
-def processes_in(folder: Path) -> list[str]:
-    """Processes whose working directory is a folder."""
-    found = []
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            if os.readlink(process / "cwd") == str(folder):
-                found.append(process.name)
-        except OSError:
-            continue
-    return found
-
-
 class TestResume:
     def test_what_is_done_is_skipped_and_the_rest_redone(self, models: Path, light: Path) -> None:
         write(models / "bad.obj", "no model")
@@ -345,8 +334,7 @@ class TestStops:
                 killed.kill()
             recorded = done(light / "manifest.jsonl")
             assert 0 < len(recorded) < 60
-            while processes_in(tmp_path):
-                time.sleep(0.02)
+            wait_until_nobody_is_in(tmp_path)
         leftover(light / "district 0")
         assert run(models, light, "--resume").returncode == 0
         assert results(light) == results(whole)
@@ -378,8 +366,7 @@ class TestStops:
             process.send_signal(signal.SIGINT)
             process.communicate()
         assert process.returncode == 130
-        while processes_in(tmp_path):
-            time.sleep(0.02)
+        wait_until_nobody_is_in(tmp_path)
         names = [str(path.relative_to(models)) for path in models.rglob("*.*")]
         # What ended in that moment may not be recorded yet, but it is whole, and nothing else is there.
         assert set(done(light / "manifest.jsonl")) <= results(light).keys() <= set(names)
