@@ -128,13 +128,13 @@ def whole_batch(words: Sequence[object], jobs: int) -> tuple[float, float]:
 def turns(models: Path, rounds: int) -> str:
     """Warm processes and batches in turns; of each the best round counts, which others disturbed least."""
     cores = len(os.sched_getaffinity(0))
-    sample = names_of(models, SAMPLE)
+    sample, many = names_of(models, SAMPLE), names_of(models, 4 * SAMPLE)
     one, beside, whole = [], [], []
     for _ in range(rounds):
         one.append(warm(sample[: SAMPLE // 2], 1))
         beside.append(warm(sample, cores))
-        seconds, used = whole_batch(sample, cores)
-        whole.append((len(sample) / seconds, used / len(sample)))
+        seconds, used = whole_batch(many, cores)
+        whole.append((len(many) / seconds, used / len(many)))
     best = {
         "one warm process": (max(speed for speed, _ in one), min(used for _, used in one)),
         f"{cores} warm processes side by side": (max(speed for speed, _ in beside), min(used for _, used in beside)),
@@ -142,7 +142,7 @@ def turns(models: Path, rounds: int) -> str:
     }
     (single, used_single), (together, used_together), (ours, used) = best.values()
     return "\n".join([
-        f"{len(sample):,} files, {rounds} rounds:",
+        f"Best of {rounds} rounds; {len(sample):,} files for the warm processes, {len(many):,} for the batch:",
         "",
         table(
             ["", "files/s", "processor ms of a file"],
@@ -336,8 +336,9 @@ def made_up(task: Task) -> Row:
     from bldsimp import __version__
 
     return Row(
-        task.name, task.output, DONE, input_mtime_ns=task.mtime, input_sha256="0" * 64, output_bytes=0,
-        output_sha256="0" * 64, points_before=1000, points_after=100, triangles_before=2000, triangles_after=200,
+        task.name, task.output, DONE, format_before=task.from_, format_after=task.to, input_mtime_ns=task.mtime,
+        input_sha256="0" * 64, output_bytes=0, output_sha256="0" * 64, points_before=1000, points_after=100,
+        triangles_before=2000, triangles_after=200,
         tolerance=1e-5, deviation=1e-6, seconds=0.01, version=__version__,
     )  # fmt: skip
 

@@ -6,7 +6,10 @@ import json
 import os
 import subprocess
 import sys
+import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +17,9 @@ import numpy as np
 from shapes import fine_box, obj_text, ply_bytes, write
 
 COMMAND = [sys.executable, "-c", "import sys; from bldsimp.cli import main; sys.exit(main())"]
+
+PATIENCE = 120.0
+"""Seconds after which what is waited for does not come any more, on however busy a machine."""
 
 MISBEHAVING = """
 import os, signal, time
@@ -27,6 +33,11 @@ def simplify_file(source, *arguments, **options):
         time.sleep(1000)
     if "crashes" in name:
         os.kill(os.getpid(), signal.SIGSEGV)
+    if "killed" in name:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if "aborts" in name:
+        os.write(2, b"terminate called after throwing an instance of 'std::bad_alloc'\\n  what():  std::bad_alloc\\n")
+        os.abort()
     if "grows" in name:
         held = [bytearray(10_000_000) for _ in range(100_000)]
     time.sleep(float(os.environ.get("SECONDS_PER_FILE", 0)))
@@ -51,14 +62,25 @@ def buildings(folder: Path, count: int) -> Path:
 
 def run(*arguments: object, cwd: Path | None = None, **options: Any) -> subprocess.CompletedProcess[bytes]:
     return subprocess.run(
-        [*COMMAND, "batch", *map(str, arguments)], capture_output=True, timeout=120, cwd=cwd, **options
+        [*COMMAND, "batch", *map(str, arguments)], capture_output=True, timeout=PATIENCE, cwd=cwd, **options
     )
 
 
-def start(*arguments: object, **options: Any) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [*COMMAND, "batch", *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options
-    )
+@contextmanager
+def start(*arguments: object, **options: Any) -> Iterator[subprocess.Popen[bytes]]:
+    """A run that goes on meanwhile; one that would go on for ever is killed, so that whoever waits for it fails."""
+    words = [*COMMAND, "batch", *map(str, arguments)]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options) as process:
+        watch = threading.Timer(PATIENCE, process.kill)
+        watch.start()
+        try:
+            yield process
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            process.wait()
+            watch.cancel()
 
 
 def misbehaving(folder: Path, more: str = "", **variables: str) -> dict[str, str]:
@@ -68,11 +90,49 @@ def misbehaving(folder: Path, more: str = "", **variables: str) -> dict[str, str
     return os.environ | {"PYTHONPATH": str(folder)} | variables
 
 
+DIES = """
+import os, sys
+from pathlib import Path
+from bldsimp.io.target import replace_files
+
+os.replace = lambda *_: os._exit(9)
+replace_files({Path(sys.argv[1], "result.obj"): b"half"})
+"""
+
+
+def leftover(folder: Path) -> Path:
+    """What a process leaves in a folder that is killed before it puts a file in place."""
+    before = set(folder.iterdir())
+    assert subprocess.run([sys.executable, "-c", DIES, folder], check=False).returncode == 9
+    (left,) = set(folder.iterdir()) - before
+    return left
+
+
 def wait_for_rows(manifest: Path, count: int, process: subprocess.Popen[bytes]) -> None:
     """Wait until a run has recorded so many files."""
-    while not manifest.exists() or manifest.read_bytes().count(b"\n") < count:
-        assert process.poll() is None
+    while (recorded := manifest.read_bytes().count(b"\n") if manifest.exists() else 0) < count:
+        assert process.poll() is None, f"ended with {recorded} of {count} rows"
         time.sleep(0.02)
+
+
+def wait_until_nobody_is_in(folder: Path) -> None:
+    """Wait until no process works in a folder any more."""
+    end = time.monotonic() + PATIENCE
+    while (left := processes_in(folder)) and time.monotonic() < end:
+        time.sleep(0.02)
+    assert left == []
+
+
+def processes_in(folder: Path) -> list[str]:
+    """Processes whose working directory is a folder."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if os.readlink(process / "cwd") == str(folder):
+                found.append(process.name)
+        except OSError:
+            continue
+    return found
 
 
 def rows(manifest: Path) -> list[dict[str, Any]]:

@@ -12,7 +12,21 @@ import time
 from pathlib import Path
 
 import pytest
-from batch_runs import COMMAND, buildings, done, failed, misbehaving, results, rows, run, start, terrain, wait_for_rows
+from batch_runs import (
+    COMMAND,
+    buildings,
+    done,
+    failed,
+    leftover,
+    misbehaving,
+    results,
+    rows,
+    run,
+    start,
+    terrain,
+    wait_for_rows,
+    wait_until_nobody_is_in,
+)
 from shapes import Gltf, fine_box, obj_text, write
 
 from bldsimp import __version__
@@ -88,6 +102,9 @@ class TestInputs:
             (["models", "light", "--memory", "20M", "-j", "4"], "too little for 4 jobs"),
             (["models", "light", "--tolerance", "-1"], "--tolerance"),
             (["models", "light", "--verify"], "--resume"),
+            (["b.obj", "light", "--timeout", "inf"], "at most 1,000,000 seconds"),
+            (["b.obj", "light", "--timeout", "nan"], "at most 1,000,000 seconds"),
+            (["b.obj", "light", "--timeout", "0"], "above 0"),
             (["models"], "folder for the results"),
         ],
     )
@@ -187,16 +204,19 @@ class TestPoison:
     def test_files_that_hang_crash_or_grow_cost_themselves_alone(
         self, models: Path, light: Path, tmp_path: Path
     ) -> None:
-        for name in ("hangs", "crashes", "grows"):
+        for name in ("hangs", "crashes", "grows", "killed", "aborts"):
             shutil.copy(models / "district 0" / "building_000.obj", models / "district 0" / f"{name}.obj")
         result = run(models, light, *LEAST_MEMORY, "--timeout", "3", env=misbehaving(tmp_path / "site"))
         assert result.returncode == 1
         bad = failed(light / "manifest.jsonl")
         assert {row["input"]: row["kind"] for row in bad.values()} == {
             "district 0/hangs.obj": "timeout", "district 0/crashes.obj": "crash", "district 0/grows.obj": "memory",
+            "district 0/killed.obj": "crash", "district 0/aborts.obj": "memory",
         }  # fmt: skip
         assert all(row["attempts"] == 2 for row in bad.values())
         assert "SIGSEGV" in bad["district 0/crashes.obj"]["error"]
+        # As the system does it where the machine runs out of memory.
+        assert "SIGKILL): out of memory?" in bad["district 0/killed.obj"]["error"]
         assert len(done(light / "manifest.jsonl")) == len(results(light)) == 12
 
     def test_a_full_disk(self, models: Path, tmp_path: Path) -> None:
@@ -218,18 +238,6 @@ class TestPoison:
             assert sorted(done(light / "manifest.jsonl")) == sorted(results(light))
         finally:
             subprocess.run(["umount", str(light)], check=True)
-
-
-def processes_in(folder: Path) -> list[str]:
-    """Processes whose working directory is a folder."""
-    found = []
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            if os.readlink(process / "cwd") == str(folder):
-                found.append(process.name)
-        except OSError:
-            continue
-    return found
 
 
 class TestResume:
@@ -272,6 +280,13 @@ class TestResume:
         assert b"12 done before" in run(models, light, "--resume", "--tolerance", "auto").stderr
         assert b"before" not in run(models, light, "--resume", "--tolerance", "1%").stderr
         assert b"12 done before" in run(models, light, "--resume", "--tolerance", "1%").stderr
+
+    def test_another_format_of_the_same_name_does_all_again(self, models: Path, light: Path) -> None:
+        words = (models, light, "--name", "{stem}.mesh", "--to")
+        run(*words, "ply")
+        assert b"before" not in run(*words, "obj", "--resume").stderr
+        assert all(read(light / name, "obj").meshes for name in results(light))
+        assert b"12 done before" in run(*words, "obj", "--resume").stderr
 
     def test_verify_finds_what_size_and_time_hide(self, models: Path, light: Path) -> None:
         run(models, light)
@@ -319,9 +334,8 @@ class TestStops:
                 killed.kill()
             recorded = done(light / "manifest.jsonl")
             assert 0 < len(recorded) < 60
-            while processes_in(tmp_path):
-                time.sleep(0.02)
-        write(light / "district 0" / ".building_000.obj.0123abcd.tmp", "half")
+            wait_until_nobody_is_in(tmp_path)
+        leftover(light / "district 0")
         assert run(models, light, "--resume").returncode == 0
         assert results(light) == results(whole)
         names = done(light / "manifest.jsonl")
@@ -352,8 +366,7 @@ class TestStops:
             process.send_signal(signal.SIGINT)
             process.communicate()
         assert process.returncode == 130
-        while processes_in(tmp_path):
-            time.sleep(0.02)
+        wait_until_nobody_is_in(tmp_path)
         names = [str(path.relative_to(models)) for path in models.rglob("*.*")]
         # What ended in that moment may not be recorded yet, but it is whole, and nothing else is there.
         assert set(done(light / "manifest.jsonl")) <= results(light).keys() <= set(names)

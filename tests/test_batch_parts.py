@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bldsimp import Options, UsageError, __version__
-from bldsimp.batch import resume
+from bldsimp.batch import resume, worker
 from bldsimp.batch.groups import groups_of
 from bldsimp.batch.inputs import Layout, find_inputs, names_in, plan
 from bldsimp.batch.manifest import open_manifest, read_manifest
@@ -25,6 +25,7 @@ from bldsimp.batch.storage import join
 from bldsimp.batch.task import Order, Task, recipe
 from bldsimp.batch.worker import simplified
 from bldsimp.cli import main
+from bldsimp.cli.commands import batch, simplify
 from bldsimp.options import parse_tolerance
 
 names = st.binary(min_size=1, max_size=20).map(os.fsdecode)
@@ -95,6 +96,13 @@ class TestInputs:
         layout = Layout(str(tmp_path / "link"), "{stem}.{ext}")
         with pytest.raises(UsageError, match="would be overwritten"):
             plan(find_inputs([str(folder / "**" / "*.obj")], layout.root), layout)
+
+
+class TestOptions:
+    def test_all_that_simplify_may_be_told_of_a_file_batch_may_be_told_of_each(self) -> None:
+        taken = {option.name: option for option in batch.params}
+        for name in vars(Options()).keys() - {"baseline"}:
+            assert taken[name] in simplify.params
 
 
 class TestGroups:
@@ -195,6 +203,31 @@ class TestManifest:
         assert list(self.lines(path)) == ["a"]
         open_manifest(str(path), resume=False, overwrite=True).close()
         assert path.read_bytes() == b""
+
+
+class TestWorker:
+    def test_a_process_that_ends_by_itself_tells_how(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """However long that takes after the last that was heard from it."""
+        monkeypatch.setattr(
+            worker,
+            "_PROGRAM",
+            "import sys, time; sys.path[:] = {!r}; from multiprocessing.connection import Connection\n"
+            "here = Connection({}); here.send(True); here.recv(); here.close(); time.sleep(0.3); sys.exit('no more')",
+        )
+        order = Order([task("a")], Options(), overwrite=False)
+        ((_, row),) = worker.Worker().run(order, None, bool)
+        assert (row.kind, row.error) == ("crash", "its process ended with code 1: no more")
+
+    def test_one_that_neither_answers_nor_ends_is_killed(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(worker, "LEAVE_SECONDS", 0.1)
+        monkeypatch.setattr(
+            worker,
+            "_PROGRAM",
+            "import sys, time; sys.path[:] = {!r}; from multiprocessing.connection import Connection\n"
+            "here = Connection({}); here.send(True); here.recv(); here.close(); time.sleep(1000)",
+        )
+        ((_, row),) = worker.Worker().run(Order([task("a")], Options(), overwrite=False), None, bool)
+        assert (row.kind, row.error) == ("crash", "its process did not answer")
 
 
 class TestUnfinished:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import io
 import json
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from batch_runs import leftover
 from shapes import (
     FAR,
     Gltf,
@@ -29,7 +31,7 @@ from bldsimp.io import write as write_scene
 from bldsimp.io.rounding import best_origin, single_rounding
 from bldsimp.io.sheet import Sheet, as_shown
 from bldsimp.io.surface import Material, UvMap
-from bldsimp.io.target import replace_files
+from bldsimp.io.target import ABANDONED_SECONDS, clear_leftovers, replace_files
 from bldsimp.scene import Attribute, Part
 from bldsimp.tolerance import placed
 
@@ -297,6 +299,34 @@ class TestTarget:
         with pytest.raises(KeyboardInterrupt):
             replace_files({tmp_path / "out.bin": b"new"})
         assert list(tmp_path.iterdir()) == []
+
+    def test_clearing_up_leaves_alone_what_is_being_written(self, tmp_path: Path, monkeypatch) -> None:
+        replace = os.replace
+
+        def cleared_meanwhile(one: Path, other: Path) -> None:
+            clear_leftovers(tmp_path)
+            replace(one, other)
+
+        monkeypatch.setattr("os.replace", cleared_meanwhile)
+        replace_files({tmp_path / "one.bin": b"one", tmp_path / "other.bin": b"other"})
+        assert (tmp_path / "other.bin").read_bytes() == b"other"
+
+    def test_clearing_up_removes_what_a_killed_process_left(self, tmp_path: Path) -> None:
+        mine = write(tmp_path / ".bldsimp-mine.tmp", b"")
+        leftover(tmp_path)
+        clear_leftovers(tmp_path)
+        assert list(tmp_path.iterdir()) == [mine]
+
+    def test_what_another_machine_writes_is_left_until_it_is_old(self, tmp_path: Path) -> None:
+        left = leftover(tmp_path)
+        _, _, process, end = left.name.split("-")
+        there = left.rename(left.with_name(f".bldsimp-00000000-{process}-{end}"))
+        clear_leftovers(tmp_path)
+        assert there.exists()
+        long_ago = there.stat().st_mtime - ABANDONED_SECONDS - 60
+        os.utime(there, (long_ago, long_ago))
+        clear_leftovers(tmp_path)
+        assert not there.exists()
 
     def test_permissions_and_links_stay(self, tmp_path: Path) -> None:
         real = write(tmp_path / "real.bin", b"old")

@@ -27,6 +27,7 @@ class Seen(NamedTuple):
 class Finished(NamedTuple):
     """What a row tells of a file that is done."""
 
+    formats: tuple[str, str]
     output: str
     output_bytes: int
     output_sha256: str
@@ -45,7 +46,8 @@ def finished(rows: Iterable[Row], options: Options) -> dict[str, Finished]:
             Seen("", row.input_bytes, row.input_mtime_ns, row.input_sha256 or ""),
             *(Seen(each["name"], each["bytes"], each["mtime_ns"], each["sha256"]) for each in row.beside),
         )
-        found[row.input] = Finished(row.output, row.output_bytes or 0, row.output_sha256 or "", read)
+        formats = row.format_before, row.format_after
+        found[row.input] = Finished(formats, row.output, row.output_bytes or 0, row.output_sha256 or "", read)
     return found
 
 
@@ -64,7 +66,11 @@ def unfinished(tasks: list[Task], done: dict[str, Finished], root: str, *, verif
     left, unsure = [], []
     for task in tasks:
         before = done.get(task.name)
-        if before is None or before.output != task.output or size_of(task.output) != before.output_bytes:
+        if (
+            before is None
+            or (before.formats, before.output) != ((task.from_, task.to), task.output)
+            or size_of(task.output) != before.output_bytes
+        ):
             left.append(task)
             continue
         now = [_now(task, seen) for seen in before.read]

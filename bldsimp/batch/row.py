@@ -33,6 +33,8 @@ class Row:
     ----------
     input, output : str
         Names beneath the roots; in the manifest as `escaped` writes them.
+    format_before, format_after : str
+        Of the input and of the result.
     status : str
         ``done`` or ``failed``.
     kind : str or None
@@ -48,6 +50,8 @@ class Row:
     status: str = FAILED
     kind: str | None = None
     error: str | None = None
+    format_before: str = ""
+    format_after: str = ""
     input_bytes: int = 0
     input_mtime_ns: int = 0
     input_sha256: str | None = None
@@ -111,6 +115,8 @@ def failure(task: Task, kind: str, error: str) -> Row:
         FAILED,
         kind,
         error,
+        task.from_,
+        task.to,
         input_bytes=task.size,
         input_mtime_ns=task.mtime,
         attempts=2 if task.again else 1,

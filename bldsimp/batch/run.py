@@ -65,6 +65,6 @@ def run_batch(
 
 
 def clear(plan: Plan) -> None:
-    """Remove what processes that were killed have left beside the outputs; none may be running."""
+    """Remove what processes that were killed have left beside the outputs."""
     for folder in {os.path.dirname(task.target) for task in plan.tasks}:
         storage_of(folder).clear(folder)

@@ -77,7 +77,7 @@ class Order:
 
 
 def recipe(options: Options) -> str:
-    """What differs from the defaults, as JSON: equal for options that make equal results of the same version."""
+    """What differs from the defaults, as JSON: with equal formats and versions, equal where results are."""
     changed = {
         field.name: getattr(options, field.name)
         for field in dataclasses.fields(options)

@@ -37,6 +37,12 @@ START_SECONDS = 300.0
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Variables that keep numerical libraries from sharing cores out that other workers have."""
 
+LEAVE_SECONDS = 10.0
+"""A worker that nobody hears from any more is ending, and tells how; one that takes longer is killed."""
+
+OUT_OF_MEMORY = ("MemoryError", "bad_alloc")
+"""What a process says last that could not even tell of it in a row."""
+
 HEAD_BYTES = 4096
 
 _FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -83,10 +89,11 @@ class Worker:
             left = left[ended:]
 
     def kill(self) -> None:
-        """End the process at once; any thread may ask for it."""
+        """End the process at once, and wait until it has; any thread may ask for it."""
         process = self._process
         if process is not None:
             process.kill()
+            process.wait()
 
     def close(self) -> None:
         """Let the process end, as it does when nobody asks any more."""
@@ -117,7 +124,7 @@ class Worker:
         except (EOFError, OSError):
             started = False
         if not started:
-            raise BldsimpError(f"a worker could not start: its process {self._end()}")
+            raise BldsimpError(f"a worker could not start: its process {self._ended()}")
 
     def _rows(self, order: Order, timeout: float | None, stopping: Callable[[], bool]) -> Iterator[Row]:
         """Rows as they come from the process; none comes after that of a task that cost it."""
@@ -126,26 +133,34 @@ class Worker:
             self._connection.send(order)
             for task in order.tasks:
                 if not self._connection.poll(timeout):
-                    self._end()
+                    self.kill()
+                    self._ended()
                     yield failure(task, "timeout", f"took longer than {timeout:g} s: give --timeout more")
                     return
                 yield self._connection.recv()
                 if stopping():
                     self._connection.send(None)
         except (EOFError, OSError):
-            ended = self._end()
+            ended = self._ended()
+            kind = "memory" if any(word in ended for word in OUT_OF_MEMORY) else "crash"
             if not stopping():
-                yield failure(task, "crash", f"its process {ended}")
+                yield failure(task, kind, f"its process {ended}")
 
-    def _end(self) -> str:
-        """End the process for good; how it ended, and what it said last."""
+    def _ended(self) -> str:
+        """How the process ended, and what it said last; ended here, where it does not by itself."""
         assert self._process is not None
-        self._process.kill()
-        code = self._process.wait()
+        silent = False
+        try:
+            code = self._process.wait(LEAVE_SECONDS)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            silent, code = True, self._process.wait()
         self._said.seek(0)
         said = one_line(self._said.read().decode("utf-8", "replace").strip().rpartition("\n")[2])
         self.close()
-        if code >= 0:
+        if silent:
+            how = "did not answer"
+        elif code >= 0:
             how = f"ended with code {code}"
         elif code == -signal.SIGKILL:
             how = "was killed (SIGKILL): out of memory?"
@@ -228,6 +243,8 @@ def _simplified(task: Task, order: Order) -> Row:
         task.name,
         task.output,
         DONE,
+        format_before=task.from_,
+        format_after=task.to,
         input_bytes=found.size,
         input_mtime_ns=found.mtime,
         input_sha256=input_digest,

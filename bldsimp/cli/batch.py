@@ -12,7 +12,6 @@ import click
 
 from ..errors import InputError, UsageError
 from ..options import BATCH_NAME, BATCH_TIMEOUT, DEFAULTS, Options
-from ..report import one_line
 from .chosen import chosen
 from .paths import check_format, check_open, plain_format, standard_input
 from .signals import first_interrupt, unwind
@@ -34,6 +33,9 @@ Examples:
 """
 
 MANIFEST = "manifest.jsonl"
+
+MOST_SECONDS = 1e6
+"""Twelve days; not much more than this can a system wait for a file at all."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,8 @@ class Wishes:
 )
 @click.option(
     "--timeout",
-    type=click.FloatRange(0, min_open=True),
+    type=float,
+    callback=lambda context, option, seconds: _check_timeout(seconds),
     default=BATCH_TIMEOUT,
     metavar="SECONDS",
     help=f"Most for each file.  [default: {BATCH_TIMEOUT:g}]",
@@ -141,15 +144,16 @@ def _run(sources: Sequence[str], layout: Layout, manifest: str | None, options: 
     from ..batch.run import run_batch
     from ..batch.storage import join
     from ..batch.summary import Totals, totals_text
+    from ..report import one_line
     from .batch_progress import BatchProgress
 
     todo = plan(find_inputs(_listed(sources), layout.root), layout)
     where = manifest or join(layout.root, MANIFEST)
     totals = Totals()
+    engine = _engine(options, wishes)
     log = open_manifest(where, resume=wishes.resume, overwrite=wishes.overwrite)
     try:
         _skip(todo, log, layout.root, options, wishes, totals)
-        engine = _engine(options, wishes)
         unwind()
         interruption = first_interrupt(engine.stop)
         with BatchProgress(todo, quiet=wishes.quiet) as progress:
@@ -163,6 +167,13 @@ def _run(sources: Sequence[str], layout: Layout, manifest: str | None, options: 
         raise KeyboardInterrupt
     if totals.failed:
         raise InputError(f"{totals.failed:,} of {totals.failed + totals.done:,} files failed: see {where}")
+
+
+def _check_timeout(seconds: float) -> float:
+    # Written so that what is no number fails, too.
+    if not 0 < seconds <= MOST_SECONDS:
+        raise click.BadParameter(f"{seconds:g} is not above 0 and at most {MOST_SECONDS:,.0f} seconds")
+    return seconds
 
 
 def _listed(sources: Sequence[str]) -> list[str]:

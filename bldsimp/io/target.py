@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
+import platform
 import re
 import secrets
 import shutil
+import time
+from functools import lru_cache
 from pathlib import Path
 
 from ..errors import OutputError
 
-_TOKEN_BYTES = 4
-_LEFTOVER = re.compile(rf"\..+\.[0-9a-f]{{{2 * _TOKEN_BYTES}}}\.tmp", re.DOTALL)
+_LEFTOVER = re.compile(r"\.bldsimp-([0-9a-f]{8})-([0-9]+)-[0-9a-f]{8}\.tmp")
+"""Machine and process that write a file, and what tells its files apart."""
+
+ABANDONED_SECONDS = 3600.0
+"""A file that nobody has written to for so long is no longer being written, whoever has its process's number now."""
 
 
 def replace_files(files: dict[Path, bytes]) -> None:
@@ -39,7 +46,7 @@ def replace_files(files: dict[Path, bytes]) -> None:
                     stream.write(data)
                 continue
             target = Path(os.path.realpath(path))
-            beside = target.with_name(f".{target.name}.{secrets.token_hex(_TOKEN_BYTES)}.tmp")
+            beside = target.with_name(f".bldsimp-{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
             temporary[beside] = target
             with open(beside, "xb") as stream:
                 stream.write(data)
@@ -61,9 +68,40 @@ def replace_files(files: dict[Path, bytes]) -> None:
 
 
 def clear_leftovers(folder: Path) -> None:
-    """Remove what processes that were killed while they wrote have left in a folder."""
+    """Remove what processes that were killed while they wrote have left in a folder; on Linux and macOS.
+
+    What a process still writes stays. Of another machine nobody knows which run: there, time has to tell.
+    """
     with contextlib.suppress(FileNotFoundError), os.scandir(folder) as entries:
         for entry in entries:
-            if _LEFTOVER.fullmatch(entry.name):
-                with contextlib.suppress(FileNotFoundError):
+            with contextlib.suppress(FileNotFoundError):
+                found = _LEFTOVER.fullmatch(entry.name)
+                if found is not None and not _is_written(found[1], int(found[2]), entry.stat().st_mtime):
                     os.unlink(entry.path)
+
+
+def _is_written(machine: str, process: int, changed: float) -> bool:
+    """Whether the process may still be about to put its file in place."""
+    if time.time() - changed > ABANDONED_SECONDS:
+        return False
+    if machine != _machine():
+        return True
+    try:
+        os.kill(process, 0)
+        # One that has ended may still have its number, until whoever started it asks how it ended.
+        with contextlib.suppress(FileNotFoundError):
+            return Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()[0] not in (b"Z", b"X")
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True
+
+
+@lru_cache(maxsize=1)
+def _machine() -> str:
+    """Stands for what numbers the processes: this machine, or the container that this one is in."""
+    name = platform.node()
+    with contextlib.suppress(OSError):
+        name += os.readlink("/proc/self/ns/pid")
+    return hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:8]
