@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import io
+import json
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import light_of
+from gltf_cases import CASES, light_of
 from shapes import Gltf, box, glb_parts
 
 from bldsimp import InputError, Options, OutputError, Tolerance, simplify_scene
-from bldsimp.io import read
+from bldsimp.io import gltf_patch, read
 from bldsimp.io import write as write_scene
+from bldsimp.options import DELIMITS
 
 
 def _spoilt(change) -> bytes:
@@ -64,6 +68,7 @@ BROKEN = {
         ),
         "beyond 1e100",
     ),
+    "a buffer of a number": (lambda d: d.json.update(buffers=[{"uri": 7}]), "the URI of glTF buffer 0 is no text"),
     "an image of nothing": (lambda d: d.json.update(images=[{}]), "image 0 has neither"),
     "an image of a number": (lambda d: d.json.update(images=[{"uri": 7}]), "image 0 has neither"),
     "an image of no view": (lambda d: d.json.update(images=[{"bufferView": 9}]), "no entry 9"),
@@ -115,6 +120,82 @@ def test_what_no_mesh_uses_is_told_on_writing(change, told: str) -> None:
         write_scene(scene, lights, io.BytesIO(), "glb", Options())
 
 
+def test_a_bug_of_ours_is_not_told_as_damage(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object, **__: object) -> bytes:
+        raise KeyError("ours")
+
+    document = Gltf()
+    document.mesh(document.box(fine=True))
+    scene = read(document.glb(), "glb")
+    lights, _ = simplify_scene(scene, Options())
+    monkeypatch.setattr(gltf_patch, "settle", broken)
+    with pytest.raises(KeyError, match="ours"):
+        write_scene(scene, lights, io.BytesIO(), "glb", Options())
+
+
+WRONG = (None, -1, 10**9, 1.5, True, "x", [], [{}], {}, {"x": []})
+
+
+def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Where the members of JSON are."""
+    members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, member in members:
+        yield (*path, key)
+        yield from places(member, (*path, key))
+
+
+def result_or_error(data: bytes, options: Options) -> bytes | str:
+    """A light GLB, or the one line that says why there is none."""
+    target = io.BytesIO()
+    try:
+        scene = read(data, "glb")
+        lights, _ = simplify_scene(scene, options)
+        write_scene(scene, lights, target, "glb", options)
+    except (InputError, OutputError) as error:
+        return str(error)
+    return target.getvalue()
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered in cast")
+@pytest.mark.parametrize("case", ["everything around", "sparse", "variants", "features"])
+@pytest.mark.parametrize("words", [DELIMITS, ("material",)])
+def test_whatever_stands_in_the_json_ends_in_a_result_or_one_error(case: str, words: tuple[str, ...]) -> None:
+    document, options = CASES[case](), Options(delimit=frozenset(words))
+    text, random = json.dumps(document.json), np.random.default_rng(0)
+    written = 0
+    for path in places(json.loads(text)):
+        document.json = json.loads(text)
+        holder = document.json
+        for key in path[:-1]:
+            holder = holder[key]
+        holder[path[-1]] = WRONG[random.integers(len(WRONG))]
+        found = result_or_error(document.glb(), options)
+        if isinstance(found, str):
+            assert "\n" not in found
+        else:
+            written += 1
+            read(found, "glb")
+    assert written > 0
+
+
+@pytest.mark.parametrize("number", ["count", "byteOffset"])
+def test_what_trims_a_view_takes_any_accessor(number: str, tmp_path: Path) -> None:
+    """One of a component type that only an extension knows keeps its view whole, and a count may be written 98.0."""
+    document = Gltf()
+    document.mesh(document.box(fine=True))
+    position = document.json["accessors"][1]
+    position["count"] = 98.0
+    document.json["accessors"].append({**position, "componentType": 5130, number: 1})
+    document.json["animations"] = [{"channels": [], "samplers": [{"input": 2, "output": 2}]}]
+    _, after = light_of(document.glb(), tmp_path / "out.glb")
+    json_, binary = glb_parts(after)
+    odd = json_["accessors"][json_["animations"][0]["samplers"][0]["input"]]
+    view = json_["bufferViews"][odd["bufferView"]]
+    before = document.json["bufferViews"][1]
+    stored = document.data[before["byteOffset"] : before["byteOffset"] + before["byteLength"]]
+    assert binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] == stored
+
+
 def test_json_may_be_nested_as_deep_as_it_can_be_read(tmp_path: Path) -> None:
     deep: dict = {}
     for _ in range(700):
@@ -122,8 +203,9 @@ def test_json_may_be_nested_as_deep_as_it_can_be_read(tmp_path: Path) -> None:
     document = Gltf()
     document.mesh({**document.box(fine=True), "material": 0})
     document.json.update(materials=[{"extensions": {"ACME_deep": deep}}], extras=deep)
-    _, after = light_of(document.glb(), tmp_path / "out.glb")
-    assert glb_parts(after)[0]["extras"] == deep
+    for words in (DELIMITS, ()):
+        _, after = light_of(document.glb(), tmp_path / "out.glb", Options(delimit=frozenset(words)))
+        assert glb_parts(after)[0]["extras"] == deep
 
 
 def test_every_truncation_is_refused() -> None:
