@@ -11,6 +11,7 @@ import subprocess
 import time
 from pathlib import Path
 
+import painted
 import pytest
 from batch_runs import (
     COMMAND,
@@ -27,6 +28,7 @@ from batch_runs import (
     wait_for_rows,
     wait_until_nobody_is_in,
 )
+from gltf_cases import textured
 from shapes import Gltf, fine_box, obj_text, write
 
 from bldsimp import __version__
@@ -48,6 +50,14 @@ def models(tmp_path: Path) -> Path:
 @pytest.fixture
 def light(tmp_path: Path) -> Path:
     return tmp_path / "light"
+
+
+def painted_obj(folder: Path) -> None:
+    """A box with two textures."""
+    write(folder / "box.obj", painted.obj())
+    write(folder / "m.mtl", "newmtl wall\nmap_Kd wall.png\nnewmtl roof\nmap_Kd roof.png\n")
+    for name in ("wall.png", "roof.png"):
+        write(folder / name, painted.WALL)
 
 
 class TestInputs:
@@ -274,6 +284,42 @@ class TestResume:
         write(buffer, bytes(document.data).replace(b"\0\0\x00@", b"\0\0\x80@"))
         assert buffer.stat().st_size == before.st_size
         assert b"1 done\n" in run(models, light, "--to", "glb", "--resume").stderr
+
+    @pytest.mark.parametrize("format_", ["obj", "gltf"])
+    def test_a_texture_counts_as_the_input(self, format_: str, tmp_path: Path, light: Path) -> None:
+        models = tmp_path / "models"
+        models.mkdir()
+        if format_ == "obj":
+            painted_obj(models)
+            textures = models / "wall.png", models / "roof.png"
+        else:
+            document = Gltf()
+            document.mesh(textured(document), textured(document, shift=5.0))
+            document.json["images"] = [{"uri": "brick%20wall.png"}, {"uri": "unused.png"}]
+            write(models / "box.gltf", document.gltf())
+            textures = models / "brick wall.png", models / "unused.png"
+        for texture in textures:
+            write(texture, painted.WALL)
+        words = (models, light, "--to", "glb")
+        assert run(*words).returncode == 0
+        assert b"1 done before" in run(*words, "--resume").stderr
+        for texture in textures:
+            write(texture, painted.ROOF)
+            assert b"1 done\n" in run(*words, "--resume").stderr
+        assert b"1 done before" in run(*words, "--resume").stderr
+
+    def test_a_changed_texture_that_results_have_copies_of_is_replaced_if_told(
+        self, tmp_path: Path, light: Path
+    ) -> None:
+        models = tmp_path / "models"
+        models.mkdir()
+        painted_obj(models)
+        assert run(models, light).returncode == 0
+        write(models / "wall.png", painted.ROOF)
+        assert run(models, light, "--resume").returncode == 1
+        assert (light / "wall.png").read_bytes() == painted.WALL
+        assert run(models, light, "--resume", "--overwrite").returncode == 0
+        assert (light / "wall.png").read_bytes() == painted.ROOF
 
     def test_other_options_do_all_again(self, models: Path, light: Path) -> None:
         run(models, light)
