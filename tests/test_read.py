@@ -168,12 +168,6 @@ class TestObj:
         scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nl 2 3\n", "obj")
         assert scene.warnings == ["2 OBJ lines that start with 'l' were left out"]
 
-
-def _arrays(text: str) -> tuple[np.ndarray, np.ndarray]:
-    mesh = mesh_of(text, "obj")
-    return mesh.points, mesh.faces
-
-
     def test_what_it_names_is_told_and_no_image_is_read_twice(self, tmp_path: Path, monkeypatch) -> None:
         folder = tmp_path / "materials"
         folder.mkdir()
@@ -191,6 +185,11 @@ def _arrays(text: str) -> tuple[np.ndarray, np.ndarray]:
         scene = read(tmp_path / "box.obj", "obj")
         assert sorted(scene.beside) == ["materials/m.mtl", "materials/roof.png", "materials/wall.png"]
         assert sorted(opened) == sorted({*opened})
+
+
+def _arrays(text: str) -> tuple[np.ndarray, np.ndarray]:
+    mesh = mesh_of(text, "obj")
+    return mesh.points, mesh.faces
 
 
 class TestAttributes:
