@@ -81,6 +81,17 @@ class TestInputs:
                 told = subprocess.run(["sha256sum", path], capture_output=True, text=True, check=True).stdout
                 assert told.split()[0] == row[f"{kind}_sha256"]
 
+    def test_names_that_differ_in_case_alone_are_two(self, tmp_path: Path, light: Path) -> None:
+        models = tmp_path / "models"
+        models.mkdir()
+        for name, size in (("A.obj", 2), ("a.obj", 3)):
+            write(models / name, obj_text(*fine_box(size)))
+        if len(list(models.iterdir())) == 1:
+            pytest.skip("this file system takes them for one")
+        assert run(models, light).returncode == 0
+        assert sorted(results(light)) == ["A.obj", "a.obj"]
+        assert b"2 done before" in run(models, light, "--resume").stderr
+
     def test_a_glob_and_a_name_template(self, models: Path, light: Path) -> None:
         assert run(models / "**" / "*_00[0-4].obj", light, "--name", "{stem}_light.{ext}").returncode == 0
         assert sorted(results(light)) == [
