@@ -162,7 +162,8 @@ class Scene:
     source : object
         Only `io` looks inside.
     beside : list of str
-        Buffers and libraries that were read with the file, by their names beneath its folder.
+        Buffers, material libraries and images that the file names and that are there, by their names beneath its
+        folder: the result depends on them.
     """
 
     path: Path | None

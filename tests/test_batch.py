@@ -11,6 +11,7 @@ import subprocess
 import time
 from pathlib import Path
 
+import painted
 import pytest
 from batch_runs import (
     COMMAND,
@@ -27,6 +28,7 @@ from batch_runs import (
     wait_for_rows,
     wait_until_nobody_is_in,
 )
+from gltf_cases import textured
 from shapes import Gltf, fine_box, obj_text, write
 
 from bldsimp import __version__
@@ -50,6 +52,14 @@ def light(tmp_path: Path) -> Path:
     return tmp_path / "light"
 
 
+def painted_obj(folder: Path) -> None:
+    """A box with two textures."""
+    write(folder / "box.obj", painted.obj())
+    write(folder / "m.mtl", "newmtl wall\nmap_Kd wall.png\nnewmtl roof\nmap_Kd roof.png\n")
+    for name in ("wall.png", "roof.png"):
+        write(folder / name, painted.WALL)
+
+
 class TestInputs:
     def test_a_folder_is_mirrored_and_each_file_has_a_row(self, models: Path, light: Path) -> None:
         write(models / "district 0" / "notes.txt", "no model")
@@ -70,6 +80,17 @@ class TestInputs:
             for kind, path in (("input", models / row["input"]), ("output", light / row["output"])):
                 told = subprocess.run(["sha256sum", path], capture_output=True, text=True, check=True).stdout
                 assert told.split()[0] == row[f"{kind}_sha256"]
+
+    def test_names_that_differ_in_case_alone_are_two(self, tmp_path: Path, light: Path) -> None:
+        models = tmp_path / "models"
+        models.mkdir()
+        for name, size in (("A.obj", 2), ("a.obj", 3)):
+            write(models / name, obj_text(*fine_box(size)))
+        if len(list(models.iterdir())) == 1:
+            pytest.skip("this file system takes them for one")
+        assert run(models, light).returncode == 0
+        assert sorted(results(light)) == ["A.obj", "a.obj"]
+        assert b"2 done before" in run(models, light, "--resume").stderr
 
     def test_a_glob_and_a_name_template(self, models: Path, light: Path) -> None:
         assert run(models / "**" / "*_00[0-4].obj", light, "--name", "{stem}_light.{ext}").returncode == 0
@@ -274,6 +295,42 @@ class TestResume:
         write(buffer, bytes(document.data).replace(b"\0\0\x00@", b"\0\0\x80@"))
         assert buffer.stat().st_size == before.st_size
         assert b"1 done\n" in run(models, light, "--to", "glb", "--resume").stderr
+
+    @pytest.mark.parametrize("format_", ["obj", "gltf"])
+    def test_a_texture_counts_as_the_input(self, format_: str, tmp_path: Path, light: Path) -> None:
+        models = tmp_path / "models"
+        models.mkdir()
+        if format_ == "obj":
+            painted_obj(models)
+            textures = models / "wall.png", models / "roof.png"
+        else:
+            document = Gltf()
+            document.mesh(textured(document), textured(document, shift=5.0))
+            document.json["images"] = [{"uri": "brick%20wall.png"}, {"uri": "unused.png"}]
+            write(models / "box.gltf", document.gltf())
+            textures = models / "brick wall.png", models / "unused.png"
+        for texture in textures:
+            write(texture, painted.WALL)
+        words = (models, light, "--to", "glb")
+        assert run(*words).returncode == 0
+        assert b"1 done before" in run(*words, "--resume").stderr
+        for texture in textures:
+            write(texture, painted.ROOF)
+            assert b"1 done\n" in run(*words, "--resume").stderr
+        assert b"1 done before" in run(*words, "--resume").stderr
+
+    def test_a_changed_texture_that_results_have_copies_of_is_replaced_if_told(
+        self, tmp_path: Path, light: Path
+    ) -> None:
+        models = tmp_path / "models"
+        models.mkdir()
+        painted_obj(models)
+        assert run(models, light).returncode == 0
+        write(models / "wall.png", painted.ROOF)
+        assert run(models, light, "--resume").returncode == 1
+        assert (light / "wall.png").read_bytes() == painted.WALL
+        assert run(models, light, "--resume", "--overwrite").returncode == 0
+        assert (light / "wall.png").read_bytes() == painted.ROOF
 
     def test_other_options_do_all_again(self, models: Path, light: Path) -> None:
         run(models, light)

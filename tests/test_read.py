@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import painted
 import pytest
 from shapes import (
     FAR,
@@ -166,6 +167,24 @@ class TestObj:
     def test_lines_and_curves_are_told(self) -> None:
         scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nl 2 3\n", "obj")
         assert scene.warnings == ["2 OBJ lines that start with 'l' were left out"]
+
+    def test_what_it_names_is_told_and_no_image_is_read_twice(self, tmp_path: Path, monkeypatch) -> None:
+        folder = tmp_path / "materials"
+        folder.mkdir()
+        write(tmp_path / "box.obj", painted.obj(library="materials/m.mtl"))
+        write(folder / "m.mtl", "newmtl wall\nmap_Kd wall.png\nmap_d gone.png\nnewmtl roof\nbump roof.png\n")
+        for name in ("wall.png", "roof.png"):
+            write(folder / name, painted.WALL)
+        opened, read_bytes = [], Path.read_bytes
+
+        def counted(path: Path) -> bytes:
+            opened.append(path.name)
+            return read_bytes(path)
+
+        monkeypatch.setattr(Path, "read_bytes", counted)
+        scene = read(tmp_path / "box.obj", "obj")
+        assert sorted(scene.beside) == ["materials/m.mtl", "materials/roof.png", "materials/wall.png"]
+        assert sorted(opened) == sorted({*opened})
 
 
 def _arrays(text: str) -> tuple[np.ndarray, np.ndarray]:

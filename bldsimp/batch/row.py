@@ -42,7 +42,7 @@ class Row:
     error : str or None
         One line.
     beside : list of dict
-        ``name``, ``bytes``, ``mtime_ns`` and ``sha256`` of buffers and libraries that were read with the input.
+        ``name``, ``bytes``, ``mtime_ns`` and ``sha256`` of what the input names, see `Scene.beside`.
     """
 
     input: str

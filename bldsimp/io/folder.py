@@ -22,12 +22,25 @@ def beneath(folder: Path | None, name: str) -> Path | None:
 
 
 class Folder:
-    """Files beneath a model's folder: how many bytes of which were read."""
+    """Files beneath a model's folder.
+
+    Attributes
+    ----------
+    path : Path or None
+    size : int
+        Bytes that were read but for images.
+    names : list of str
+        Files that were asked for and are there, images too, each once.
+    """
 
     def __init__(self, path: Path | None) -> None:
         self.path = path
         self.size = 0
-        self.names: list[str] = []
+        self._names: dict[str, None] = {}
+
+    @property
+    def names(self) -> list[str]:
+        return list(self._names)
 
     def __call__(self, name: str) -> bytes | None:
         """The bytes of a file, or None where there is none to be read."""
@@ -37,8 +50,15 @@ class Folder:
 
     def picture(self, name: str) -> bytes | None:
         """The bytes of an image, which do not count."""
+        path = self._find(name)
+        return None if path is None else path.read_bytes()
+
+    def has(self, name: str) -> bool:
+        """Whether there is a file; it counts as asked for, since the result may want its bytes."""
+        return self._find(name) is not None
+
+    def _find(self, name: str) -> Path | None:
         path = beneath(self.path, name)
-        if path is None:
-            return None
-        self.names.append(os.path.relpath(path, self.path))
-        return path.read_bytes()
+        if path is not None:
+            self._names[os.path.relpath(path, self.path)] = None
+        return path

@@ -40,7 +40,7 @@ def read_materials(libraries: list[str], beside: Folder) -> dict[str, Material]:
         for name, draft in _drafts(data.decode("utf-8", "surrogateescape")).items():
             if folder:
                 for key, texture in draft.maps.items():
-                    if beside.picture(f"{folder}/{texture}") is not None:
+                    if beside.has(f"{folder}/{texture}"):
                         draft.maps[key] = f"{folder}/{texture}"
             color = next((value for key, value in draft.maps.items() if key.lower() == "map_kd"), None)
             others = tuple((key, value) for key, value in draft.maps.items() if key.lower() != "map_kd")

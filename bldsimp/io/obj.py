@@ -111,6 +111,8 @@ def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     )
     named = (name for material in materials.values() for name in material.textures)
     mesh.source = ObjFormat(libraries, list(dict.fromkeys(named)))
+    for texture in mesh.source.textures:
+        beside.has(texture)
     attributes = []
     if np.any(row_triples[:, 1] >= 0):
         attributes.append(uv_attribute(_taken(_wide(textures, 2), row_triples[:, 1]), parts, beside.picture))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from urllib.parse import unquote
 
 from ..errors import InputError
 from ..scene import Scene
@@ -67,8 +68,11 @@ def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
     if scene.format in ("glb", "gltf"):
         try:
             scene.source = unpacked(parse_gltf(data, folder), scene.warnings)
-            # Images are no part of the file's size.
-            scene.meshes = gltf_meshes(scene.source, Folder(folder.path))
+            scene.meshes = gltf_meshes(scene.source, folder.picture)
+            # Also images that no material shows go into the result.
+            for uri in (image.get("uri") for image in scene.source.items("images")):
+                if isinstance(uri, str) and not uri.startswith("data:"):
+                    folder.has(unquote(uri))
         except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
             # JSON may hold anything anywhere; what the format does not foresee ends here.
             what = f"{type(error).__name__}: {error}"
