@@ -76,6 +76,39 @@ def test_pictures_and_coordinates_come_along(tmp_path: Path) -> None:
     assert np.allclose(uv, np.stack([points[:, 0] / 2, 1.0 - points[:, 1] / 2], axis=1))
 
 
+def grid_ply(prop: str, of_points: str, of_faces: str) -> bytes:
+    """A box whose points and faces have the same properties."""
+    points, faces = fine_box()
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n" + "".join(f"property float {n}\n" for n in "xyz")
+    head += f"{prop}element face {len(faces)}\nproperty list uchar int vertex_indices\n{prop}end_header\n"
+    rows = [f"{x} {y} {z} {of_points}\n" for x, y, z in points] + [f"3 {a} {b} {c} {of_faces}\n" for a, b, c in faces]
+    return (head + "".join(rows)).encode()
+
+
+SAME = {
+    "COLOR_0": ("".join(f"property uchar {n}\n" for n in ("red", "green", "blue")), "255 0 0", "0 255 0", (0, 1, 0)),
+    "_label": ("property int label\n", "1", "2", (2,)),
+}
+
+
+@pytest.mark.parametrize("suffix", ["glb", "obj"])
+@pytest.mark.parametrize("name", SAME)
+def test_what_faces_carry_wins_over_the_same_of_points(name: str, suffix: str, tmp_path: Path) -> None:
+    prop, of_points, of_faces, wanted = SAME[name]
+    scene = read(write(tmp_path / "in.ply", grid_ply(prop, of_points, of_faces)), "ply")
+    lights, _ = simplify_scene(scene, Options())
+    target = tmp_path / f"out.{suffix}"
+    written = write_scene(scene, lights, target, suffix, Options())
+    word = {"COLOR_0": "colours", "_label": "'label'"}[name]
+    held = suffix == "glb" or name == "COLOR_0"
+    assert any(f"does not hold {word} of both" in told for told in written.warnings) == held
+    assert any(f"does not hold {word}" in told for told in written.warnings)
+    (mesh,) = read(target, suffix).meshes
+    found = {own.name: own.values for own in mesh.attributes}
+    assert set(found) == ({name} if held else set())
+    assert all(np.allclose(values, wanted) for values in found.values())
+
+
 MODELS = ("cesium_house-3-0.glb", "kaykit_building_H/building_H.gltf", "kenney_building-small-a.glb")
 
 

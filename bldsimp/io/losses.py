@@ -43,6 +43,21 @@ def dropped(scene: Scene, options: Options) -> list[str]:
     return [f"dropped as asked, from {_count(count, 'part')}: {_named(gone)}"] if gone else []
 
 
+def hidden(scene: Scene, options: Options, format_: str) -> list[str]:
+    """What vertices and faces carry both, where a format has one place for it, which `sheet.spread` gives to faces."""
+    if format_ not in ("glb", "gltf", "obj"):
+        return []
+    lost = []
+    for mesh in scene.meshes:
+        there = {own.name for own in mesh.attributes if options.keeps(own.kind)}
+        lost += [own for own in mesh.attributes if own.name in there and FACE + own.name in there]
+    if format_ == "obj":
+        lost = [own for own in lost if re.fullmatch(_HELD["obj"], own.name)]
+    upper = "OBJ" if format_ == "obj" else "glTF"
+    told = f"{upper} does not hold {_named(lost)} of both vertices and faces: those of vertices are lost"
+    return [told] if lost else []
+
+
 def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
     """What OBJ, PLY, OFF or STL does not hold of a result."""
     upper = format_.upper()

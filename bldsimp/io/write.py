@@ -19,7 +19,7 @@ from .beside import Pictured, copies, embedded_images
 from .gltf import Document, gltf_text, pack_glb
 from .gltf_new import new_document
 from .gltf_patch import patched
-from .losses import dropped, gltf_losses, losses
+from .losses import dropped, gltf_losses, hidden, losses
 from .mtl import material_library
 from .obj import ObjFormat
 from .obj_write import obj_text
@@ -120,7 +120,7 @@ def _files(
     scene: Scene, lights: list[Light], path: Path | None, format_: str, options: Options, written: Written
 ) -> dict[Path, bytes]:
     """Every file to write, the main one last."""
-    written.warnings += dropped(scene, options)
+    written.warnings += dropped(scene, options) + hidden(scene, options, format_)
     main = Path("-") if path is None else path
     if format_ in ("glb", "gltf"):
         return _gltf_files(scene, lights, main, format_, options, written)
