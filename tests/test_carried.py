@@ -114,6 +114,33 @@ class TestTextures:
             written = light(house, tmp_path / suffix / f"out.{suffix}")
             assert any("'wall.png'" in warning for warning in written.warnings)
 
+    @pytest.mark.parametrize("name", ["gone.mtl", "../m.mtl", "gone.mtl other.mtl"])
+    def test_a_library_that_is_missing_is_told_once(self, house: Path, tmp_path: Path, name: str) -> None:
+        (tmp_path / "below").mkdir()
+        source = write(tmp_path / "below" / "in.obj", painted.obj(library=name))
+        for suffix in ("obj", "ply", "glb", "gltf"):
+            written = light(source, tmp_path / suffix / f"out.{suffix}")
+            assert sum(f"'{name}'" in warning for warning in written.warnings) == 1
+
+    def test_a_library_is_missing_where_the_model_comes_from_a_pipe(self, house: Path, tmp_path: Path) -> None:
+        scene = read(house.read_bytes(), "obj")
+        lights, _ = simplify_scene(scene, Options())
+        written = write_scene(scene, lights, tmp_path / "out.glb", "glb", Options())
+        assert any("'m.mtl'" in warning for warning in written.warnings)
+
+    @pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
+    def test_one_line_may_name_several_libraries(self, tmp_path: Path, suffix: str) -> None:
+        wall, roof = LIBRARY.split("newmtl roof")
+        write(tmp_path / "wall.mtl", wall)
+        write(tmp_path / "my roof.mtl", "newmtl nothing\n")
+        write(tmp_path / "roof.mtl", "newmtl roof" + roof)
+        write(tmp_path / "wall.png", WALL)
+        write(tmp_path / "roof.png", ROOF)
+        text = painted.obj(library="wall.mtl roof.mtl gone.mtl\nmtllib my roof.mtl")
+        written = light(write(tmp_path / "in.obj", text), tmp_path / "new" / f"out.{suffix}")
+        check_textures(tmp_path / "new" / f"out.{suffix}")
+        assert ["'gone.mtl'" in warning for warning in written.warnings if ".mtl" in warning] == [True]
+
     def test_a_library_in_a_folder_of_its_own_names_textures_there(self, tmp_path: Path) -> None:
         (tmp_path / "mats").mkdir()
         write(tmp_path / "mats" / "wall.png", WALL)

@@ -8,6 +8,7 @@ from ..carried import FACE
 from ..options import DELIMITS, Options
 from ..scene import Attribute, Scene
 from .loaded import STL_BYTES
+from .obj import ObjFormat
 from .sheet import Sheet, spread
 from .surface import Material, material_of
 
@@ -74,6 +75,7 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
     if format_ == "obj":
         left = dict.fromkeys(key for one in materials if one is not None for key in one.left)
         return found + ([f"MTL does not hold {', '.join(left)} of materials: lost"] if left else [])
+    found += _missing(scene) if format_ == "ply" else []
     named = [one for one in materials if one is not None and not (format_ == "ply" and _is_texture(one))]
     if named or (len(materials) > 1 and not (format_ == "ply" and scene.format == "ply")):
         but = " but for colour textures" if format_ == "ply" and any(one and one.texture for one in materials) else ""
@@ -88,7 +90,16 @@ def gltf_losses(scene: Scene) -> list[str]:
     """What a glTF document made anew does not take over."""
     materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
     others = dict.fromkeys(key for one in materials if one is not None for key, _ in one.others)
-    return [f"not carried over to glTF: {', '.join(others)} of materials"] if others else []
+    told = [f"not carried over to glTF: {', '.join(others)} of materials"] if others else []
+    return _missing(scene) + told
+
+
+def _missing(scene: Scene) -> list[str]:
+    """Material libraries of an OBJ file that are not there."""
+    stored = scene.meshes[0].source
+    names = stored.missing if isinstance(stored, ObjFormat) else []
+    return [f"the material library '{name[:80]}' is no file beneath the input's folder: its materials and textures"
+            " are lost" for name in names]  # fmt: skip
 
 
 def _alpha(one: Sheet) -> bool:

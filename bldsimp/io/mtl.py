@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from .folder import Folder
+from .folder import Folder, beneath
 from .surface import Material
 
 _MAPS = (
@@ -26,15 +26,24 @@ class _Draft:
     stretch: tuple[float, float] = (1.0, 1.0)
 
 
-def read_materials(libraries: list[str], beside: Folder) -> dict[str, Material]:
-    """Materials by name; a library that is missing has none.
+def library_names(line: str, beside: Folder) -> list[str]:
+    """Libraries that an OBJ line names: a file whose name may have blanks, or else several words."""
+    words = line.split()
+    several = beneath(beside.path, line) is None and any(beneath(beside.path, word) is not None for word in words)
+    return words if several else [line]
+
+
+def read_materials(libraries: list[str], beside: Folder) -> tuple[dict[str, Material], list[str]]:
+    """Materials by name, and the libraries that are missing.
 
     Textures are named relative to the OBJ file. Those of a library in another folder are looked for there first.
     """
     materials: dict[str, Material] = {}
+    missing: list[str] = []
     for library in libraries:
         data = beside(library)
         if data is None:
+            missing.append(library)
             continue
         folder = library.replace("\\", "/").rpartition("/")[0]
         for name, draft in _drafts(data.decode("utf-8", "surrogateescape")).items():
@@ -45,7 +54,7 @@ def read_materials(libraries: list[str], beside: Folder) -> dict[str, Material]:
             color = next((value for key, value in draft.maps.items() if key.lower() == "map_kd"), None)
             others = tuple((key, value) for key, value in draft.maps.items() if key.lower() != "map_kd")
             materials.setdefault(name, Material(name, draft.color, color, others, draft.stretch))
-    return materials
+    return materials, missing
 
 
 def _drafts(text: str) -> dict[str, _Draft]:
