@@ -187,6 +187,36 @@ class TestTextures:
         told = "MTL does not hold doubleSided of materials: lost" if suffix == "obj" else "PLY holds no parts"
         assert any(told in warning for warning in written.warnings)
 
+    @pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
+    def test_scale_and_offset_of_an_mtl_texture_are_applied(self, house: Path, tmp_path: Path, suffix: str) -> None:
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", "map_Kd -s 4 2 1 -o 0.5 0.25 0 -clamp on wall"))
+        light(house, tmp_path / "new" / f"out.{suffix}")
+        mesh = mesh_of(tmp_path / "new" / f"out.{suffix}")
+        side = painted.side_of(mesh.points[mesh.faces])
+        stored = values(mesh, "TEXCOORD_0")[mesh.faces]
+        shown = np.empty_like(stored)
+        for number, part in enumerate(mesh.parts):
+            material = material_of(part)
+            assert material is not None
+            own = mesh.part_of_face == number
+            scale_u, _, du, _, scale_v, dv = material.uv_map.matrix
+            shown[own] = stored[own] * (scale_u, scale_v) + (du, dv)
+        wanted = painted.uv_of(mesh.points[mesh.faces])
+        wanted[side >= 2] = wanted[side >= 2] * (4, 2) + (0.5, 0.25)
+        assert np.allclose(shown, wanted, rtol=0, atol=1e-6)
+
+    def test_in_gltf_they_are_a_transform_with_v_downwards_and_a_sampler(self, house: Path, tmp_path: Path) -> None:
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", "map_Kd -s 4 2 1 -o 0.5 0.25 0 -clamp on wall"))
+        light(house, tmp_path / "new" / "out.glb")
+        json_ = glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]
+        wall, roof = (entry["pbrMetallicRoughness"]["baseColorTexture"] for entry in json_["materials"])
+        assert wall["extensions"] == {"KHR_texture_transform": {"scale": [4.0, 2.0], "offset": [0.5, -1.25]}}
+        assert json_["extensionsUsed"] == ["KHR_texture_transform"]
+        sampler = json_["samplers"][json_["textures"][wall["index"]]["sampler"]]
+        assert sampler == {"wrapS": 33071, "wrapT": 33071}
+        assert "extensions" not in roof
+        assert "sampler" not in json_["textures"][roof["index"]]
+
     def test_a_part_without_texture_has_none_in_ply(self, house: Path, tmp_path: Path) -> None:
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd roof.png", ""))
         light(house, tmp_path / "new" / "out.ply")

@@ -39,7 +39,8 @@ def painted_ply() -> bytes:
 def textured_obj(folder: Path) -> Path:
     """Two boxes in two materials, one with a picture, one with normals that are no face's."""
     points, faces = box()
-    write(folder / "a.mtl", "newmtl brick\nKd 1 0.5 0\nmap_Kd brick.png\nnewmtl plain\nKd 0 1 0\nd 0.5\n")
+    brick = "newmtl brick\nKd 1 0.5 0\nmap_Kd -s 4 4 1 -o 0.5 0 0 -clamp on brick.png\n"
+    write(folder / "a.mtl", brick + "newmtl plain\nKd 0 1 0\nd 0.5\n")
     write(folder / "brick.png", png(16, 16))
     lines = ["mtllib a.mtl", *(f"v {x} {y} {z}" for x, y, z in np.vstack([points, points + 9.0]))]
     lines += [f"vt {x / 2} {y / 2}" for x, y, _ in points]

@@ -14,9 +14,12 @@ from ..rows import distinct_rows
 from ..scene import Faces, Light, Mesh, Points, Scene
 from ..tolerance import placed, scale
 from .gltf_body import Body, pack_views, view_json
+from .gltf_textures import TRANSFORM
 from .rounding import best_origin, counts_in_single, fallen_together, single_rounding
 from .sheet import Sheet, sheet, spread
-from .surface import Material, material_of, shown
+from .surface import Material, UvMap, material_of, shown
+
+_CLAMP_TO_EDGE = 33071
 
 
 @dataclass
@@ -100,20 +103,21 @@ class Pictures:
         self.images = images
         self.data: list[bytes] = []
         self._numbers: dict[tuple[Any, ...], int] = {}
-        self._textures: dict[str, int] = {}
+        self._images: dict[str, int] = {}
+        self._textures: dict[tuple[str, bool], int] = {}
 
     def material(self, material: Material | None, textured: bool, colored: bool) -> int | None:
         """The number of a material, added where it is new."""
         if material is None:
             return None
         texture = material.texture if textured else None
-        key = material.name, material.color, texture, colored
+        key = material, texture, colored
         if key not in self._numbers:
             metallic: dict[str, Any] = {"metallicFactor": 0.0}
             if material.color and not colored:
                 metallic["baseColorFactor"] = [min(max(float(c), 0.0), 1.0) for c in material.color]
             if texture in self.images:
-                metallic["baseColorTexture"] = {"index": self._texture(str(texture))}
+                metallic["baseColorTexture"] = self._texture_info(str(texture), material)
             entry: dict[str, Any] = {"pbrMetallicRoughness": metallic}
             if material.name:
                 entry = {"name": shown(material.name), **entry}
@@ -121,14 +125,36 @@ class Pictures:
             self._numbers[key] = len(self.json["materials"]) - 1
         return self._numbers[key]
 
-    def _texture(self, name: str) -> int:
-        if name not in self._textures:
+    def _texture_info(self, name: str, material: Material) -> dict[str, Any]:
+        """A texture as a material names it."""
+        info: dict[str, Any] = {"index": self._texture(name, material.clamp)}
+        if material.uv_map != UvMap():
+            x, _, dx, _, y, dy = material.uv_map.matrix
+            # glTF has v downwards: 1 - v' = y (1 - v) + 1 - y - dy.
+            info["extensions"] = {TRANSFORM: {"scale": [x, y], "offset": [dx, 1.0 - y - dy]}}
+            self._use(TRANSFORM)
+        return info
+
+    def _texture(self, name: str, clamp: bool) -> int:
+        if name not in self._images:
             media, data = self.images[name]
+            self._images[name] = len(self.data)
             self.data.append(data)
             self.json.setdefault("images", []).append({"name": shown(name), "mimeType": media})
-            self.json.setdefault("textures", []).append({"source": len(self.data) - 1})
-            self._textures[name] = len(self.json["textures"]) - 1
-        return self._textures[name]
+        if (name, clamp) not in self._textures:
+            entry = {"source": self._images[name]}
+            if clamp:
+                self.json["samplers"] = [{"wrapS": _CLAMP_TO_EDGE, "wrapT": _CLAMP_TO_EDGE}]
+                entry["sampler"] = 0
+            self._textures[name, clamp] = len(self._textures)
+            self.json.setdefault("textures", []).append(entry)
+        return self._textures[name, clamp]
+
+    def _use(self, extension: str) -> None:
+        """Name an extension among those that the document uses."""
+        used = self.json.setdefault("extensionsUsed", [])
+        if extension not in used:
+            used.append(extension)
 
 
 def _add_mesh(

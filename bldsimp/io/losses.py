@@ -110,7 +110,8 @@ def _alpha(one: Sheet) -> bool:
 
 def _is_texture(material: Material) -> bool:
     """Whether a material is no more than a texture that has a file."""
-    return material.texture is not None and not material.others and material.color is None
+    more = material.others or material.color is not None or material.clamp
+    return material.texture is not None and not more
 
 
 def _named(attributes: list[Attribute]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from .folder import Folder, beneath
-from .surface import Material
+from .surface import Material, UvMap
 
 _MAPS = (
     "map_ka", "map_kd", "map_ks", "map_ke", "map_ns", "map_d", "map_tr", "map_bump", "bump", "norm", "map_kn", "disp",
@@ -24,6 +24,8 @@ class _Draft:
     color: tuple[float, float, float, float] | None = None
     maps: dict[str, str] = field(default_factory=dict)
     stretch: tuple[float, float] = (1.0, 1.0)
+    uv_map: UvMap = field(default_factory=UvMap)
+    clamp: bool = False
 
 
 def library_names(line: str, beside: Folder) -> list[str]:
@@ -53,7 +55,10 @@ def read_materials(libraries: list[str], beside: Folder) -> tuple[dict[str, Mate
                         draft.maps[key] = f"{folder}/{texture}"
             color = next((value for key, value in draft.maps.items() if key.lower() == "map_kd"), None)
             others = tuple((key, value) for key, value in draft.maps.items() if key.lower() != "map_kd")
-            materials.setdefault(name, Material(name, draft.color, color, others, draft.stretch))
+            materials.setdefault(
+                name,
+                Material(name, draft.color, color, others, draft.stretch, uv_map=draft.uv_map, clamp=draft.clamp),
+            )
     return materials, missing
 
 
@@ -74,16 +79,27 @@ def _drafts(text: str) -> dict[str, _Draft]:
             opaque = share if key == "d" else 1.0 - share
             current.color = (*(current.color or (1.0, 1.0, 1.0, 1.0))[:3], opaque)
         elif key.lower() in _MAPS and value:
-            name, (u, v) = _texture(value)
-            if name:
-                current.maps[key] = name
-                current.stretch = max(current.stretch[0], abs(u)), max(current.stretch[1], abs(v))
+            _add_texture(current, key, value)
     return drafts
 
 
-def _texture(value: str) -> tuple[str, tuple[float, float]]:
-    """The file of a texture statement, and how many times it is repeated along u and v."""
-    stretch = (1.0, 1.0)
+def _add_texture(draft: _Draft, key: str, value: str) -> None:
+    """Take a texture statement: a texture shows `-s` times UV plus `-o`."""
+    name, options = _texture(value)
+    if not name:
+        return
+    u, v = _floats(options.get("-s", []), 2)
+    draft.maps[key] = name
+    draft.stretch = max(draft.stretch[0], abs(u)), max(draft.stretch[1], abs(v))
+    if key.lower() == "map_kd":
+        du, dv = _floats(options.get("-o", []), 2, missing=0.0)
+        draft.uv_map = UvMap(0, (u, 0.0, du, 0.0, v, dv))
+        draft.clamp = options.get("-clamp") == ["on"]
+
+
+def _texture(value: str) -> tuple[str, dict[str, list[str]]]:
+    """The file of a texture statement, and the words of its options."""
+    options: dict[str, list[str]] = {}
     while value.startswith("-"):
         option, _, value = value.partition(" ")
         words: list[str] = []
@@ -93,10 +109,8 @@ def _texture(value: str) -> tuple[str, tuple[float, float]]:
                 break
             words.append(word)
             value = rest.strip()
-        if option == "-s":
-            u, v = _floats(words, 2)
-            stretch = u, v
-    return value, stretch
+        options[option] = words
+    return value, options
 
 
 def _is_number(word: str) -> bool:
@@ -107,14 +121,14 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _floats(words: list[str], count: int) -> list[float]:
-    """The first numbers of some words; 1 where there are fewer."""
+def _floats(words: list[str], count: int, *, missing: float = 1.0) -> list[float]:
+    """The first numbers of some words, and `missing` where there are fewer."""
     found = []
     for word in words[:count]:
         if not _is_number(word):
             break
         found.append(float(word))
-    return found + [1.0] * (count - len(found))
+    return found + [missing] * (count - len(found))
 
 
 def material_library(materials: list[Material]) -> str:

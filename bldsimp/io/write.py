@@ -239,9 +239,10 @@ def _beside(json_: dict[str, Any]) -> list[str]:
 def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
     """An OBJ file, and the material library and textures beside it."""
     pictured = Pictured(scene, main, written.warnings)
-    sheets = [spread(as_shown(one)) for one in sheets]
     stored = scene.meshes[0].source
     color_scale = stored.color_scale if isinstance(stored, ObjFormat) else 1.0
+    # The library of an OBJ file comes along as it is, and maps UV itself.
+    sheets = [spread(one if isinstance(stored, ObjFormat) else as_shown(one)) for one in sheets]
     data, written.vertices = obj_text(sheets, *pictured.libraries(sheets, material_library), color_scale)
     written.warnings += losses(scene, sheets, "obj")
     # Pictures count neither before nor after.
