@@ -77,6 +77,38 @@ def test_pictures_and_coordinates_come_along(tmp_path: Path) -> None:
     assert np.allclose(uv, np.stack([points[:, 0] / 2, 1.0 - points[:, 1] / 2], axis=1))
 
 
+def test_what_lets_light_through_is_blended(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    [target] = converted(textured_obj(tmp_path / "in"), tmp_path / "out.glb")
+    brick, plain = Contents(target).json["materials"]
+    assert "alphaMode" not in brick
+    assert plain["alphaMode"] == "BLEND"
+    assert plain["pbrMetallicRoughness"]["baseColorFactor"] == [0.0, 1.0, 0.0, 0.5]
+
+
+@pytest.mark.parametrize("alpha", [255, 100])
+def test_colours_of_alpha_are_blended(alpha: int, tmp_path: Path) -> None:
+    prop = "".join(f"property uchar {n}\n" for n in ("red", "green", "blue", "alpha"))
+    source = write(tmp_path / "in.ply", grid_ply(prop, f"255 0 0 {alpha}", f"255 0 0 {alpha}"))
+    [target] = converted(source, tmp_path / "out.glb")
+    json_ = Contents(target).json
+    primitive = json_["meshes"][0]["primitives"][0]
+    modes = [json_["materials"][primitive["material"]]["alphaMode"]] if "material" in primitive else []
+    assert modes == (["BLEND"] if alpha < 255 else [])
+    assert not any(issues(target))
+
+
+def test_an_alpha_of_a_material_fades_colours_of_points(tmp_path: Path) -> None:
+    points, faces = box()
+    write(tmp_path / "a.mtl", "newmtl glass\nKd 0 1 0\nd 0.5\n")
+    lines = ["mtllib a.mtl", *(f"v {x} {y} {z} 1 0 0" for x, y, z in points), "usemtl glass"]
+    lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    [target] = converted(write(tmp_path / "in.obj", "\n".join(lines) + "\n"), tmp_path / "out.glb")
+    [glass] = Contents(target).json["materials"]
+    assert glass["alphaMode"] == "BLEND"
+    assert glass["pbrMetallicRoughness"]["baseColorFactor"] == [1.0, 1.0, 1.0, 0.5]
+
+
 def grid_ply(prop: str, of_points: str, of_faces: str) -> bytes:
     """A box whose points and faces have the same properties."""
     points, faces = fine_box()

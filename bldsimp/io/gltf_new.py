@@ -106,24 +106,31 @@ class Pictures:
         self._images: dict[str, int] = {}
         self._textures: dict[tuple[str, bool], int] = {}
 
-    def material(self, material: Material | None, textured: bool, colored: bool) -> int | None:
-        """The number of a material, added where it is new."""
-        if material is None:
+    def material(self, material: Material | None, textured: bool, colors: np.ndarray[Any, Any] | None) -> int | None:
+        """The number of a material for faces of these colours, added where it is new; those of alpha need one."""
+        faded = colors is not None and colors.shape[1] > 3 and bool(np.any(colors[:, 3] < 1.0))
+        if material is None and not faded:
             return None
-        texture = material.texture if textured else None
-        key = material, texture, colored
+        key = material, textured, colors is not None, faded
         if key not in self._numbers:
-            metallic: dict[str, Any] = {"metallicFactor": 0.0}
-            if material.color and not colored:
-                metallic["baseColorFactor"] = [min(max(float(c), 0.0), 1.0) for c in material.color]
-            if texture in self.images:
-                metallic["baseColorTexture"] = self._texture_info(str(texture), material)
-            entry: dict[str, Any] = {"pbrMetallicRoughness": metallic}
-            if material.name:
-                entry = {"name": shown(material.name), **entry}
+            entry = self._entry(material or Material(""), textured, colored=colors is not None)
+            if faded or (material and material.color and material.color[3] < 1.0):
+                entry["alphaMode"] = "BLEND"
             self.json.setdefault("materials", []).append(entry)
             self._numbers[key] = len(self.json["materials"]) - 1
         return self._numbers[key]
+
+    def _entry(self, material: Material, textured: bool, colored: bool) -> dict[str, Any]:
+        """A material as glTF has it; of its colour, colours of vertices take the place, but for alpha."""
+        metallic: dict[str, Any] = {"metallicFactor": 0.0}
+        r, g, b, a = (min(max(float(c), 0.0), 1.0) for c in material.color or (1.0, 1.0, 1.0, 1.0))
+        factor = [1.0, 1.0, 1.0, a] if colored else [r, g, b, a]
+        if factor != [1.0, 1.0, 1.0, 1.0]:
+            metallic["baseColorFactor"] = factor
+        if textured and material.texture in self.images:
+            metallic["baseColorTexture"] = self._texture_info(str(material.texture), material)
+        named = {"name": shown(material.name)} if material.name else {}
+        return {**named, "pbrMetallicRoughness": metallic}
 
     def _texture_info(self, name: str, material: Material) -> dict[str, Any]:
         """A texture as a material names it."""
@@ -194,7 +201,9 @@ def _primitive(
     """A primitive; glTF gives it no name, so the part's goes into its extras."""
     part = one.parts[number]
     primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
-    material = pictures.material(material_of(part), "TEXCOORD_0" in attributes, "COLOR_0" in attributes)
+    colors = one.values("COLOR_0") if "COLOR_0" in attributes else None
+    own = None if colors is None else colors[one.triangles(number).reshape(-1)]
+    material = pictures.material(material_of(part), "TEXCOORD_0" in attributes, own)
     if material is not None:
         primitive["material"] = material
     if len(one.parts) > 1 or part.name != "mesh":
