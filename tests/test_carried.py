@@ -217,6 +217,27 @@ class TestTextures:
         assert "extensions" not in roof
         assert "sampler" not in json_["textures"][roof["index"]]
 
+    def test_what_else_a_library_says_goes_to_gltf_or_is_told(self, house: Path, tmp_path: Path) -> None:
+        wall = "Ns 96\nKs 0.5 0.5 0.5\nKe 0 3 1.5\nPm 0.75\nPr 0.25\nTf 0 0 0\nmap_d wall.png\nmap_Kd wall"
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", wall))
+        told = light(house, tmp_path / "new" / "out.glb").warnings
+        assert told == ["not carried over to glTF: Ns, Ks, illum, map_d of materials"]
+        json_ = glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]
+        wall, roof = json_["materials"]
+        assert wall["pbrMetallicRoughness"]["metallicFactor"] == 0.75
+        assert wall["pbrMetallicRoughness"]["roughnessFactor"] == 0.25
+        assert wall["emissiveFactor"] == [0.0, 1.0, 0.5]
+        assert wall["extensions"] == {"KHR_materials_emissive_strength": {"emissiveStrength": 3.0}}
+        assert "emissiveFactor" not in roof
+        assert not light(house, tmp_path / "new" / "out.obj").warnings
+
+    def test_light_that_a_texture_bounds_is_not_given_by_the_whole(self, house: Path, tmp_path: Path) -> None:
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", "Ke 1 1 1\nmap_Ke roof.png\nmap_Kd wall"))
+        told = light(house, tmp_path / "new" / "out.glb").warnings
+        assert told == ["not carried over to glTF: illum, Ke, map_Ke of materials"]
+        assert not any("emissiveFactor" in entry for entry in
+                       glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]["materials"])  # fmt: skip
+
     def test_a_part_without_texture_has_none_in_ply(self, house: Path, tmp_path: Path) -> None:
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd roof.png", ""))
         light(house, tmp_path / "new" / "out.ply")

@@ -39,7 +39,7 @@ def painted_ply() -> bytes:
 def textured_obj(folder: Path) -> Path:
     """Two boxes in two materials, one with a picture, one with normals that are no face's."""
     points, faces = box()
-    brick = "newmtl brick\nKd 1 0.5 0\nmap_Kd -s 4 4 1 -o 0.5 0 0 -clamp on brick.png\n"
+    brick = "newmtl brick\nKd 1 0.5 0\nmap_Kd -s 4 4 1 -o 0.5 0 0 -clamp on brick.png\nKe 2 1 0\nPr 0.5\n"
     write(folder / "a.mtl", brick + "newmtl plain\nKd 0 1 0\nd 0.5\n")
     write(folder / "brick.png", png(16, 16))
     lines = ["mtllib a.mtl", *(f"v {x} {y} {z}" for x, y, z in np.vstack([points, points + 9.0]))]

@@ -20,6 +20,7 @@ from .sheet import Sheet, sheet, spread
 from .surface import Material, UvMap, material_of, shown
 
 _CLAMP_TO_EDGE = 33071
+_EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
 
 
 @dataclass
@@ -122,15 +123,29 @@ class Pictures:
 
     def _entry(self, material: Material, textured: bool, colored: bool) -> dict[str, Any]:
         """A material as glTF has it; of its colour, colours of vertices take the place, but for alpha."""
-        metallic: dict[str, Any] = {"metallicFactor": 0.0}
-        r, g, b, a = (min(max(float(c), 0.0), 1.0) for c in material.color or (1.0, 1.0, 1.0, 1.0))
+        numbers = dict(material.numbers)
+        metallic: dict[str, Any] = {"metallicFactor": _unit(*numbers.get("Pm", (0.0,)))}
+        if "Pr" in numbers:
+            metallic["roughnessFactor"] = _unit(*numbers["Pr"])
+        r, g, b, a = map(_unit, material.color or (1.0, 1.0, 1.0, 1.0))
         factor = [1.0, 1.0, 1.0, a] if colored else [r, g, b, a]
         if factor != [1.0, 1.0, 1.0, 1.0]:
             metallic["baseColorFactor"] = factor
         if textured and material.texture in self.images:
             metallic["baseColorTexture"] = self._texture_info(str(material.texture), material)
         named = {"name": shown(material.name)} if material.name else {}
-        return {**named, "pbrMetallicRoughness": metallic}
+        return {**named, "pbrMetallicRoughness": metallic, **self._glow(numbers.get("Ke", (0.0,)))}
+
+    def _glow(self, color: tuple[float, ...]) -> dict[str, Any]:
+        """What a material says of the light that it gives, which has no upper bound."""
+        if max(color) <= 0.0:
+            return {}
+        strength = max(1.0, *color)
+        glow: dict[str, Any] = {"emissiveFactor": [_unit(value / strength) for value in color]}
+        if strength > 1.0:
+            glow["extensions"] = {_EMISSIVE_STRENGTH: {"emissiveStrength": strength}}
+            self._use(_EMISSIVE_STRENGTH)
+        return glow
 
     def _texture_info(self, name: str, material: Material) -> dict[str, Any]:
         """A texture as a material names it."""
@@ -162,6 +177,10 @@ class Pictures:
         used = self.json.setdefault("extensionsUsed", [])
         if extension not in used:
             used.append(extension)
+
+
+def _unit(value: float) -> float:
+    return min(max(float(value), 0.0), 1.0)
 
 
 def _add_mesh(

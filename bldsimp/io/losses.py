@@ -72,6 +72,8 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
     if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
         found.append(f"{upper} holds no instances: each was written out")
     materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
+    if format_ == "obj" and isinstance(scene.meshes[0].source, ObjFormat):
+        return found
     if format_ == "obj":
         left = dict.fromkeys(key for one in materials if one is not None for key in one.left)
         return found + ([f"MTL does not hold {', '.join(left)} of materials: lost"] if left else [])
@@ -89,7 +91,9 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
 def gltf_losses(scene: Scene) -> list[str]:
     """What a glTF document made anew does not take over."""
     materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
-    others = dict.fromkeys(key for one in materials if one is not None for key, _ in one.others)
+    others = dict.fromkeys(
+        key for one in materials if one is not None for key in (*one.left, *(key for key, _ in one.others))
+    )
     told = [f"not carried over to glTF: {', '.join(others)} of materials"] if others else []
     return _missing(scene) + told
 
@@ -110,7 +114,7 @@ def _alpha(one: Sheet) -> bool:
 
 def _is_texture(material: Material) -> bool:
     """Whether a material is no more than a texture that has a file."""
-    more = material.others or material.color is not None or material.clamp
+    more = material.others or material.color is not None or material.clamp or material.numbers or material.left
     return material.texture is not None and not more
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from .folder import Folder, beneath
@@ -17,6 +18,10 @@ _OPTIONS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2}
 """Options of a texture that take several numbers; all others take one word."""
 
 
+_NUMBERS = {"Ke": 3, "Pm": 1, "Pr": 1}
+"""Statements that glTF has a like of, and how many numbers they take."""
+
+
 @dataclass
 class _Draft:
     """A material while its lines are read."""
@@ -26,6 +31,22 @@ class _Draft:
     stretch: tuple[float, float] = (1.0, 1.0)
     uv_map: UvMap = field(default_factory=UvMap)
     clamp: bool = False
+    numbers: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    left: dict[str, None] = field(default_factory=dict)
+
+    def material(self, name: str) -> Material:
+        """What the lines made."""
+        color = next((value for key, value in self.maps.items() if key.lower() == "map_kd"), None)
+        others = tuple((key, value) for key, value in self.maps.items() if key.lower() != "map_kd")
+        numbers, left = dict(self.numbers), dict(self.left)
+        if "Ke" in numbers and any(key.lower() == "map_ke" for key, _ in others):
+            # Without its texture, which only MTL takes along, all of the surface would give light.
+            del numbers["Ke"]
+            left["Ke"] = None
+        return Material(
+            name, self.color, color, others, self.stretch,
+            uv_map=self.uv_map, clamp=self.clamp, numbers=tuple(numbers.items()), left=tuple(left),
+        )  # fmt: skip
 
 
 def library_names(line: str, beside: Folder) -> list[str]:
@@ -53,12 +74,7 @@ def read_materials(libraries: list[str], beside: Folder) -> tuple[dict[str, Mate
                 for key, texture in draft.maps.items():
                     if beside.picture(f"{folder}/{texture}") is not None:
                         draft.maps[key] = f"{folder}/{texture}"
-            color = next((value for key, value in draft.maps.items() if key.lower() == "map_kd"), None)
-            others = tuple((key, value) for key, value in draft.maps.items() if key.lower() != "map_kd")
-            materials.setdefault(
-                name,
-                Material(name, draft.color, color, others, draft.stretch, uv_map=draft.uv_map, clamp=draft.clamp),
-            )
+            materials.setdefault(name, draft.material(name))
     return materials, missing
 
 
@@ -80,7 +96,18 @@ def _drafts(text: str) -> dict[str, _Draft]:
             current.color = (*(current.color or (1.0, 1.0, 1.0, 1.0))[:3], opaque)
         elif key.lower() in _MAPS and value:
             _add_texture(current, key, value)
+        elif key and not key.startswith("#"):
+            _add_rest(current, key, value.split())
     return drafts
+
+
+def _add_rest(draft: _Draft, key: str, words: list[str]) -> None:
+    """Take any other statement; one of noughts says nothing."""
+    numeric = all(map(_is_number, words))
+    if key in _NUMBERS and len(words) == _NUMBERS[key] and numeric:
+        draft.numbers[key] = tuple(map(float, words))
+    elif not numeric or any(map(float, words)):
+        draft.left[key] = None
 
 
 def _add_texture(draft: _Draft, key: str, value: str) -> None:
@@ -115,10 +142,9 @@ def _texture(value: str) -> tuple[str, dict[str, list[str]]]:
 
 def _is_number(word: str) -> bool:
     try:
-        float(word)
+        return math.isfinite(float(word))
     except ValueError:
         return False
-    return True
 
 
 def _floats(words: list[str], count: int, *, missing: float = 1.0) -> list[float]:

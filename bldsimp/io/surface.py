@@ -70,6 +70,8 @@ class Material:
         How its textures read UV.
     clamp : bool
         Its colour texture ends where UV leave 0..1.
+    numbers : tuple of (str, tuple of float)
+        Statements of MTL that glTF has a like of.
     left : tuple of str
         What else it has, which is not here.
     """
@@ -82,6 +84,7 @@ class Material:
     image: bytes | None = None
     uv_map: UvMap = UvMap()
     clamp: bool = False
+    numbers: tuple[tuple[str, tuple[float, ...]], ...] = ()
     left: tuple[str, ...] = ()
 
     @property
