@@ -142,6 +142,26 @@ def test_what_faces_carry_wins_over_the_same_of_points(name: str, suffix: str, t
     assert all(np.allclose(values, wanted) for values in found.values())
 
 
+def test_faces_without_texture_coordinates_show_no_texture(tmp_path: Path) -> None:
+    points, faces = box()
+    write(tmp_path / "brick.png", png(16, 16))
+    write(tmp_path / "a.mtl", "newmtl brick\nKd 0 1 0\nmap_Kd brick.png\n")
+    lines = ["mtllib a.mtl", *(f"v {x} {y} {z}" for x, y, z in points), *(f"vt {x} {y}" for x, y, _ in points)]
+    textured, bare = faces[:4] + 1, faces[4:] + 1
+    lines += ["usemtl brick", *(f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in textured)]
+    lines += [f"f {a} {b} {c}" for a, b, c in bare]
+    [target] = converted(write(tmp_path / "in.obj", "\n".join(lines) + "\n"), tmp_path / "out.glb")
+    found = Contents(target)
+    seen = {}
+    for primitive in found.json["meshes"][0]["primitives"]:
+        metallic = found.json["materials"][primitive["material"]]["pbrMetallicRoughness"]
+        assert metallic["baseColorFactor"] == [0.0, 1.0, 0.0, 1.0]
+        assert ("baseColorTexture" in metallic) == ("TEXCOORD_0" in primitive["attributes"])
+        seen["baseColorTexture" in metallic] = len(found.values(primitive["indices"]).reshape(-1)) // 3
+    assert seen == {True: len(textured), False: len(bare)}
+    assert not any(issues(target))
+
+
 MODELS = ("cesium_house-3-0.glb", "kaykit_building_H/building_H.gltf", "kenney_building-small-a.glb")
 
 

@@ -191,11 +191,12 @@ def _add_mesh(
     if one.name:
         entry["name"] = one.name
     vertices = 0
-    there: dict[tuple[str, ...], list[int]] = {}
+    there: dict[tuple[str, ...], list[tuple[int, Faces]]] = {}
     for number in np.unique(one.part).tolist():
-        there.setdefault(_carried(one, number), []).append(number)
+        for own in _alike(one, number):
+            there.setdefault(_carried(one, own), []).append((number, own))
     for names, group in there.items():
-        faces = [one.triangles(i) for i in group]
+        faces = [own for _, own in group]
         columns = _columns(one, np.concatenate(faces).reshape(-1), origin, names)
         first, inverse = distinct_rows(
             np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1)
@@ -206,22 +207,22 @@ def _add_mesh(
             for name, values in columns.items()
         }
         start = 0
-        for number, own in zip(group, faces, strict=True):
+        for number, own in group:
             indices = body.add_indices(inverse[start : start + own.size], len(first))
             start += own.size
-            entry["primitives"].append(_primitive(pictures, one, number, attributes, indices))
+            entry["primitives"].append(_primitive(pictures, one, number, own, attributes, indices))
     json_["meshes"].append(entry)
     return vertices
 
 
 def _primitive(
-    pictures: Pictures, one: Sheet, number: int, attributes: dict[str, int], indices: int
+    pictures: Pictures, one: Sheet, number: int, faces: Faces, attributes: dict[str, int], indices: int
 ) -> dict[str, Any]:
     """A primitive; glTF gives it no name, so the part's goes into its extras."""
     part = one.parts[number]
     primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
     colors = one.values("COLOR_0") if "COLOR_0" in attributes else None
-    own = None if colors is None else colors[one.triangles(number).reshape(-1)]
+    own = None if colors is None else colors[faces.reshape(-1)]
     material = pictures.material(material_of(part), "TEXCOORD_0" in attributes, own)
     if material is not None:
         primitive["material"] = material
@@ -230,9 +231,18 @@ def _primitive(
     return primitive
 
 
-def _carried(one: Sheet, number: int) -> tuple[str, ...]:
-    """Names of the attributes that any corner of a part has."""
-    rows = one.triangles(number).reshape(-1)
+def _alike(one: Sheet, number: int) -> list[Faces]:
+    """Faces of a part: those with texture coordinates, and those without, on which no texture is to be seen."""
+    faces, uv = one.triangles(number), one.values("TEXCOORD_0")
+    if uv is None:
+        return [faces]
+    bare = np.isnan(uv[faces]).all(axis=(1, 2))
+    return [own for own in (faces[~bare], faces[bare]) if len(own)]
+
+
+def _carried(one: Sheet, faces: Faces) -> tuple[str, ...]:
+    """Names of the attributes that any corner of some faces has."""
+    rows = faces.reshape(-1)
     return tuple(own.name for own in one.attributes if not np.isnan(own.values[rows]).all())
 
 
