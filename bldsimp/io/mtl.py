@@ -102,11 +102,11 @@ def _drafts(text: str) -> dict[str, _Draft]:
 
 
 def _add_rest(draft: _Draft, key: str, words: list[str]) -> None:
-    """Take any other statement; one of noughts says nothing."""
+    """Take any other statement, where it says something: noughts do not, nor that light falls as usual."""
     numeric = all(map(_is_number, words))
     if key in _NUMBERS and len(words) == _NUMBERS[key] and numeric:
         draft.numbers[key] = tuple(map(float, words))
-    elif not numeric or any(map(float, words)):
+    elif words not in (["1"], ["2"]) if key == "illum" else not numeric or any(map(float, words)):
         draft.left[key] = None
 
 
