@@ -114,6 +114,33 @@ class TestTextures:
             written = light(house, tmp_path / suffix / f"out.{suffix}")
             assert any("'wall.png'" in warning for warning in written.warnings)
 
+    @pytest.mark.parametrize("name", ["gone.mtl", "../m.mtl", "gone.mtl other.mtl"])
+    def test_a_library_that_is_missing_is_told_once(self, house: Path, tmp_path: Path, name: str) -> None:
+        (tmp_path / "below").mkdir()
+        source = write(tmp_path / "below" / "in.obj", painted.obj(library=name))
+        for suffix in ("obj", "ply", "glb", "gltf"):
+            written = light(source, tmp_path / suffix / f"out.{suffix}")
+            assert sum(f"'{name}'" in warning for warning in written.warnings) == 1
+
+    def test_a_library_is_missing_where_the_model_comes_from_a_pipe(self, house: Path, tmp_path: Path) -> None:
+        scene = read(house.read_bytes(), "obj")
+        lights, _ = simplify_scene(scene, Options())
+        written = write_scene(scene, lights, tmp_path / "out.glb", "glb", Options())
+        assert any("'m.mtl'" in warning for warning in written.warnings)
+
+    @pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
+    def test_one_line_may_name_several_libraries(self, tmp_path: Path, suffix: str) -> None:
+        wall, roof = LIBRARY.split("newmtl roof")
+        write(tmp_path / "wall.mtl", wall)
+        write(tmp_path / "my roof.mtl", "newmtl nothing\n")
+        write(tmp_path / "roof.mtl", "newmtl roof" + roof)
+        write(tmp_path / "wall.png", WALL)
+        write(tmp_path / "roof.png", ROOF)
+        text = painted.obj(library="wall.mtl roof.mtl gone.mtl\nmtllib my roof.mtl")
+        written = light(write(tmp_path / "in.obj", text), tmp_path / "new" / f"out.{suffix}")
+        check_textures(tmp_path / "new" / f"out.{suffix}")
+        assert ["'gone.mtl'" in warning for warning in written.warnings if ".mtl" in warning] == [True]
+
     def test_a_library_in_a_folder_of_its_own_names_textures_there(self, tmp_path: Path) -> None:
         (tmp_path / "mats").mkdir()
         write(tmp_path / "mats" / "wall.png", WALL)
@@ -159,6 +186,57 @@ class TestTextures:
         assert (tmp_path / "new" / "wall.png").read_bytes() == WALL
         told = "MTL does not hold doubleSided of materials: lost" if suffix == "obj" else "PLY holds no parts"
         assert any(told in warning for warning in written.warnings)
+
+    @pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
+    def test_scale_and_offset_of_an_mtl_texture_are_applied(self, house: Path, tmp_path: Path, suffix: str) -> None:
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", "map_Kd -s 4 2 1 -o 0.5 0.25 0 -clamp on wall"))
+        light(house, tmp_path / "new" / f"out.{suffix}")
+        mesh = mesh_of(tmp_path / "new" / f"out.{suffix}")
+        side = painted.side_of(mesh.points[mesh.faces])
+        stored = values(mesh, "TEXCOORD_0")[mesh.faces]
+        shown = np.empty_like(stored)
+        for number, part in enumerate(mesh.parts):
+            material = material_of(part)
+            assert material is not None
+            own = mesh.part_of_face == number
+            scale_u, _, du, _, scale_v, dv = material.uv_map.matrix
+            shown[own] = stored[own] * (scale_u, scale_v) + (du, dv)
+        wanted = painted.uv_of(mesh.points[mesh.faces])
+        wanted[side >= 2] = wanted[side >= 2] * (4, 2) + (0.5, 0.25)
+        assert np.allclose(shown, wanted, rtol=0, atol=1e-6)
+
+    def test_in_gltf_they_are_a_transform_with_v_downwards_and_a_sampler(self, house: Path, tmp_path: Path) -> None:
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", "map_Kd -s 4 2 1 -o 0.5 0.25 0 -clamp on wall"))
+        light(house, tmp_path / "new" / "out.glb")
+        json_ = glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]
+        wall, roof = (entry["pbrMetallicRoughness"]["baseColorTexture"] for entry in json_["materials"])
+        assert wall["extensions"] == {"KHR_texture_transform": {"scale": [4.0, 2.0], "offset": [0.5, -1.25]}}
+        assert json_["extensionsUsed"] == ["KHR_texture_transform"]
+        sampler = json_["samplers"][json_["textures"][wall["index"]]["sampler"]]
+        assert sampler == {"wrapS": 33071, "wrapT": 33071}
+        assert "extensions" not in roof
+        assert "sampler" not in json_["textures"][roof["index"]]
+
+    def test_what_else_a_library_says_goes_to_gltf_or_is_told(self, house: Path, tmp_path: Path) -> None:
+        wall = "illum 0\nNs 96\nKs 0.5 0.5 0.5\nKe 0 3 1.5\nPm 0.75\nPr 0.25\nTf 0 0 0\nmap_d wall.png\nmap_Kd wall"
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", wall))
+        told = light(house, tmp_path / "new" / "out.glb").warnings
+        assert told == ["not carried over to glTF: illum, Ns, Ks, map_d of materials"]
+        json_ = glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]
+        wall, roof = json_["materials"]
+        assert wall["pbrMetallicRoughness"]["metallicFactor"] == 0.75
+        assert wall["pbrMetallicRoughness"]["roughnessFactor"] == 0.25
+        assert wall["emissiveFactor"] == [0.0, 1.0, 0.5]
+        assert wall["extensions"] == {"KHR_materials_emissive_strength": {"emissiveStrength": 3.0}}
+        assert "emissiveFactor" not in roof
+        assert not light(house, tmp_path / "new" / "out.obj").warnings
+
+    def test_light_that_a_texture_bounds_is_not_given_by_the_whole(self, house: Path, tmp_path: Path) -> None:
+        write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", "Ke 1 1 1\nmap_Ke roof.png\nmap_Kd wall"))
+        told = light(house, tmp_path / "new" / "out.glb").warnings
+        assert told == ["not carried over to glTF: Ke, map_Ke of materials"]
+        assert not any("emissiveFactor" in entry for entry in
+                       glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]["materials"])  # fmt: skip
 
     def test_a_part_without_texture_has_none_in_ply(self, house: Path, tmp_path: Path) -> None:
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd roof.png", ""))

@@ -14,9 +14,13 @@ from ..rows import distinct_rows
 from ..scene import Faces, Light, Mesh, Points, Scene
 from ..tolerance import placed, scale
 from .gltf_body import Body, pack_views, view_json
+from .gltf_textures import TRANSFORM
 from .rounding import best_origin, counts_in_single, fallen_together, single_rounding
 from .sheet import Sheet, sheet, spread
-from .surface import Material, material_of, shown
+from .surface import Material, UvMap, material_of, shown
+
+_CLAMP_TO_EDGE = 33071
+_EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
 
 
 @dataclass
@@ -100,35 +104,83 @@ class Pictures:
         self.images = images
         self.data: list[bytes] = []
         self._numbers: dict[tuple[Any, ...], int] = {}
-        self._textures: dict[str, int] = {}
+        self._images: dict[str, int] = {}
+        self._textures: dict[tuple[str, bool], int] = {}
 
-    def material(self, material: Material | None, textured: bool, colored: bool) -> int | None:
-        """The number of a material, added where it is new."""
-        if material is None:
+    def material(self, material: Material | None, textured: bool, colors: np.ndarray[Any, Any] | None) -> int | None:
+        """The number of a material for faces of these colours, added where it is new; those of alpha need one."""
+        faded = colors is not None and colors.shape[1] > 3 and bool(np.any(colors[:, 3] < 1.0))
+        if material is None and not faded:
             return None
-        texture = material.texture if textured else None
-        key = material.name, material.color, texture, colored
+        key = material, textured, colors is not None, faded
         if key not in self._numbers:
-            metallic: dict[str, Any] = {"metallicFactor": 0.0}
-            if material.color and not colored:
-                metallic["baseColorFactor"] = [min(max(float(c), 0.0), 1.0) for c in material.color]
-            if texture in self.images:
-                metallic["baseColorTexture"] = {"index": self._texture(str(texture))}
-            entry: dict[str, Any] = {"pbrMetallicRoughness": metallic}
-            if material.name:
-                entry = {"name": shown(material.name), **entry}
+            entry = self._entry(material or Material(""), textured, colored=colors is not None)
+            if faded or (material and material.color and material.color[3] < 1.0):
+                entry["alphaMode"] = "BLEND"
             self.json.setdefault("materials", []).append(entry)
             self._numbers[key] = len(self.json["materials"]) - 1
         return self._numbers[key]
 
-    def _texture(self, name: str) -> int:
-        if name not in self._textures:
+    def _entry(self, material: Material, textured: bool, colored: bool) -> dict[str, Any]:
+        """A material as glTF has it; of its colour, colours of vertices take the place, but for alpha."""
+        numbers = dict(material.numbers)
+        metallic: dict[str, Any] = {"metallicFactor": _unit(*numbers.get("Pm", (0.0,)))}
+        if "Pr" in numbers:
+            metallic["roughnessFactor"] = _unit(*numbers["Pr"])
+        r, g, b, a = map(_unit, material.color or (1.0, 1.0, 1.0, 1.0))
+        factor = [1.0, 1.0, 1.0, a] if colored else [r, g, b, a]
+        if factor != [1.0, 1.0, 1.0, 1.0]:
+            metallic["baseColorFactor"] = factor
+        if textured and material.texture in self.images:
+            metallic["baseColorTexture"] = self._texture_info(str(material.texture), material)
+        named = {"name": shown(material.name)} if material.name else {}
+        return {**named, "pbrMetallicRoughness": metallic, **self._glow(numbers.get("Ke", (0.0,)))}
+
+    def _glow(self, color: tuple[float, ...]) -> dict[str, Any]:
+        """What a material says of the light that it gives, which has no upper bound."""
+        if max(color) <= 0.0:
+            return {}
+        strength = max(1.0, *color)
+        glow: dict[str, Any] = {"emissiveFactor": [_unit(value / strength) for value in color]}
+        if strength > 1.0:
+            glow["extensions"] = {_EMISSIVE_STRENGTH: {"emissiveStrength": strength}}
+            self._use(_EMISSIVE_STRENGTH)
+        return glow
+
+    def _texture_info(self, name: str, material: Material) -> dict[str, Any]:
+        """A texture as a material names it."""
+        info: dict[str, Any] = {"index": self._texture(name, material.clamp)}
+        if material.uv_map != UvMap():
+            x, _, dx, _, y, dy = material.uv_map.matrix
+            # glTF has v downwards: 1 - v' = y (1 - v) + 1 - y - dy.
+            info["extensions"] = {TRANSFORM: {"scale": [x, y], "offset": [dx, 1.0 - y - dy]}}
+            self._use(TRANSFORM)
+        return info
+
+    def _texture(self, name: str, clamp: bool) -> int:
+        if name not in self._images:
             media, data = self.images[name]
+            self._images[name] = len(self.data)
             self.data.append(data)
             self.json.setdefault("images", []).append({"name": shown(name), "mimeType": media})
-            self.json.setdefault("textures", []).append({"source": len(self.data) - 1})
-            self._textures[name] = len(self.json["textures"]) - 1
-        return self._textures[name]
+        if (name, clamp) not in self._textures:
+            entry = {"source": self._images[name]}
+            if clamp:
+                self.json["samplers"] = [{"wrapS": _CLAMP_TO_EDGE, "wrapT": _CLAMP_TO_EDGE}]
+                entry["sampler"] = 0
+            self._textures[name, clamp] = len(self._textures)
+            self.json.setdefault("textures", []).append(entry)
+        return self._textures[name, clamp]
+
+    def _use(self, extension: str) -> None:
+        """Name an extension among those that the document uses."""
+        used = self.json.setdefault("extensionsUsed", [])
+        if extension not in used:
+            used.append(extension)
+
+
+def _unit(value: float) -> float:
+    return min(max(float(value), 0.0), 1.0)
 
 
 def _add_mesh(
@@ -139,11 +191,12 @@ def _add_mesh(
     if one.name:
         entry["name"] = one.name
     vertices = 0
-    there: dict[tuple[str, ...], list[int]] = {}
+    there: dict[tuple[str, ...], list[tuple[int, Faces]]] = {}
     for number in np.unique(one.part).tolist():
-        there.setdefault(_carried(one, number), []).append(number)
+        for own in _alike(one, number):
+            there.setdefault(_carried(one, own), []).append((number, own))
     for names, group in there.items():
-        faces = [one.triangles(i) for i in group]
+        faces = [own for _, own in group]
         columns = _columns(one, np.concatenate(faces).reshape(-1), origin, names)
         first, inverse = distinct_rows(
             np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1)
@@ -154,21 +207,23 @@ def _add_mesh(
             for name, values in columns.items()
         }
         start = 0
-        for number, own in zip(group, faces, strict=True):
+        for number, own in group:
             indices = body.add_indices(inverse[start : start + own.size], len(first))
             start += own.size
-            entry["primitives"].append(_primitive(pictures, one, number, attributes, indices))
+            entry["primitives"].append(_primitive(pictures, one, number, own, attributes, indices))
     json_["meshes"].append(entry)
     return vertices
 
 
 def _primitive(
-    pictures: Pictures, one: Sheet, number: int, attributes: dict[str, int], indices: int
+    pictures: Pictures, one: Sheet, number: int, faces: Faces, attributes: dict[str, int], indices: int
 ) -> dict[str, Any]:
     """A primitive; glTF gives it no name, so the part's goes into its extras."""
     part = one.parts[number]
     primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
-    material = pictures.material(material_of(part), "TEXCOORD_0" in attributes, "COLOR_0" in attributes)
+    colors = one.values("COLOR_0") if "COLOR_0" in attributes else None
+    own = None if colors is None else colors[faces.reshape(-1)]
+    material = pictures.material(material_of(part), "TEXCOORD_0" in attributes, own)
     if material is not None:
         primitive["material"] = material
     if len(one.parts) > 1 or part.name != "mesh":
@@ -176,9 +231,18 @@ def _primitive(
     return primitive
 
 
-def _carried(one: Sheet, number: int) -> tuple[str, ...]:
-    """Names of the attributes that any corner of a part has."""
-    rows = one.triangles(number).reshape(-1)
+def _alike(one: Sheet, number: int) -> list[Faces]:
+    """Faces of a part: those with texture coordinates, and those without, on which no texture is to be seen."""
+    faces, uv = one.triangles(number), one.values("TEXCOORD_0")
+    if uv is None:
+        return [faces]
+    bare = np.isnan(uv[faces]).all(axis=(1, 2))
+    return [own for own in (faces[~bare], faces[bare]) if len(own)]
+
+
+def _carried(one: Sheet, faces: Faces) -> tuple[str, ...]:
+    """Names of the attributes that any corner of some faces has."""
+    rows = faces.reshape(-1)
     return tuple(own.name for own in one.attributes if not np.isnan(own.values[rows]).all())
 
 

@@ -8,6 +8,7 @@ from ..carried import FACE
 from ..options import DELIMITS, Options
 from ..scene import Attribute, Scene
 from .loaded import STL_BYTES
+from .obj import ObjFormat
 from .sheet import Sheet, spread
 from .surface import Material, material_of
 
@@ -43,6 +44,21 @@ def dropped(scene: Scene, options: Options) -> list[str]:
     return [f"dropped as asked, from {_count(count, 'part')}: {_named(gone)}"] if gone else []
 
 
+def hidden(scene: Scene, options: Options, format_: str) -> list[str]:
+    """What vertices and faces carry both, where a format has one place for it, which `sheet.spread` gives to faces."""
+    if format_ not in ("glb", "gltf", "obj"):
+        return []
+    lost = []
+    for mesh in scene.meshes:
+        there = {own.name for own in mesh.attributes if options.keeps(own.kind)}
+        lost += [own for own in mesh.attributes if own.name in there and FACE + own.name in there]
+    if format_ == "obj":
+        lost = [own for own in lost if re.fullmatch(_HELD["obj"], own.name)]
+    upper = "OBJ" if format_ == "obj" else "glTF"
+    told = f"{upper} does not hold {_named(lost)} of both vertices and faces: those of vertices are lost"
+    return [told] if lost else []
+
+
 def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
     """What OBJ, PLY, OFF or STL does not hold of a result."""
     upper = format_.upper()
@@ -56,9 +72,12 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
     if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
         found.append(f"{upper} holds no instances: each was written out")
     materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
+    if format_ == "obj" and isinstance(scene.meshes[0].source, ObjFormat):
+        return found
     if format_ == "obj":
         left = dict.fromkeys(key for one in materials if one is not None for key in one.left)
         return found + ([f"MTL does not hold {', '.join(left)} of materials: lost"] if left else [])
+    found += _missing(scene) if format_ == "ply" else []
     named = [one for one in materials if one is not None and not (format_ == "ply" and _is_texture(one))]
     if named or (len(materials) > 1 and not (format_ == "ply" and scene.format == "ply")):
         but = " but for colour textures" if format_ == "ply" and any(one and one.texture for one in materials) else ""
@@ -72,8 +91,19 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
 def gltf_losses(scene: Scene) -> list[str]:
     """What a glTF document made anew does not take over."""
     materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
-    others = dict.fromkeys(key for one in materials if one is not None for key, _ in one.others)
-    return [f"not carried over to glTF: {', '.join(others)} of materials"] if others else []
+    others = dict.fromkeys(
+        key for one in materials if one is not None for key in (*one.left, *(key for key, _ in one.others))
+    )
+    told = [f"not carried over to glTF: {', '.join(others)} of materials"] if others else []
+    return _missing(scene) + told
+
+
+def _missing(scene: Scene) -> list[str]:
+    """Material libraries of an OBJ file that are not there."""
+    stored = scene.meshes[0].source
+    names = stored.missing if isinstance(stored, ObjFormat) else []
+    return [f"the material library '{name[:80]}' is no file beneath the input's folder: its materials and textures"
+            " are lost" for name in names]  # fmt: skip
 
 
 def _alpha(one: Sheet) -> bool:
@@ -84,7 +114,8 @@ def _alpha(one: Sheet) -> bool:
 
 def _is_texture(material: Material) -> bool:
     """Whether a material is no more than a texture that has a file."""
-    return material.texture is not None and not material.others and material.color is None
+    more = material.others or material.color is not None or material.clamp or material.numbers or material.left
+    return material.texture is not None and not more
 
 
 def _named(attributes: list[Attribute]) -> str:

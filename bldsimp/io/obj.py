@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..rows import distinct_rows
 from ..scene import Mesh, Part
 from .folder import Folder
-from .mtl import read_materials
+from .mtl import library_names, read_materials
 from .surface import Material, Polygons, polygon_mesh, shown, uv_attribute
 from .text import numbers, ragged, table
 
@@ -54,12 +54,15 @@ class ObjFormat:
         Material libraries, as the file names them.
     textures : list of str
         What the libraries name, relative to the OBJ file.
+    missing : list of str
+        Libraries that are not there.
     color_scale : float
         What is stored for a colour of 1.
     """
 
     libraries: list[str]
     textures: list[str]
+    missing: list[str]
     color_scale: float = 1.0
 
 
@@ -96,10 +99,9 @@ def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     normals = _wide(table([lines[i][3:] for i in np.flatnonzero(keys == b"vn")]), 3)
     states, part = _states(lines, keys, where_faces)
     row_triples, corners = _rows(triples, len(positions))
-    libraries = [
-        lines[i][7:].strip().decode("utf-8", "surrogateescape") for i in np.flatnonzero(keys == b"mtllib")
-    ]
-    materials = read_materials(libraries, beside)
+    named = [lines[i][7:].strip().decode("utf-8", "surrogateescape") for i in np.flatnonzero(keys == b"mtllib")]
+    libraries = list(dict.fromkeys(name for line in named for name in library_names(line, beside)))
+    materials, missing = read_materials(libraries, beside)
     parts = [Part(state.name(), source=ObjPart(state, materials.get(state.material))) for state in states]
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
     mesh, _ = polygon_mesh(
@@ -109,8 +111,8 @@ def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
         parts,
         warnings,
     )
-    named = (name for material in materials.values() for name in material.textures)
-    mesh.source = ObjFormat(libraries, list(dict.fromkeys(named)))
+    textured = (name for material in materials.values() for name in material.textures)
+    mesh.source = ObjFormat(libraries, list(dict.fromkeys(textured)), missing)
     for texture in mesh.source.textures:
         beside.has(texture)
     attributes = []

@@ -123,19 +123,21 @@ def _mapped(uv: NDArray[np.float64], matrix: tuple[float, ...]) -> NDArray[np.fl
 
 
 def spread(one: Sheet) -> Sheet:
-    """A sheet whose faces hand what they carry to their corners, each corner a row, where no row carries the same."""
-    there = {own.name for own in one.attributes if not own.on_faces}
-    on_faces = [own for own in one.attributes if own.on_faces and own.name.removeprefix(FACE) not in there]
-    if not on_faces:
-        return one
+    """A sheet whose faces hand what they carry to their corners, each corner a row."""
     handed = [
         dataclasses.replace(
             own, name=own.name.removeprefix(FACE), values=np.repeat(own.values, 3, axis=0), on_faces=False
         )
-        for own in on_faces
+        for own in one.attributes
+        if own.on_faces
     ]
+    if not handed:
+        return one
+    # Where rows carry the same, faces win, as in most viewers: who gives faces a colour wants it seen.
+    gone = {own.name for own in handed}
     one = _by_corners(one)
-    return dataclasses.replace(one, attributes=[own for own in one.attributes if not own.on_faces] + handed)
+    rows = [own for own in one.attributes if not own.on_faces and own.name not in gone]
+    return dataclasses.replace(one, attributes=rows + handed)
 
 
 def _by_corners(one: Sheet) -> Sheet:

@@ -68,6 +68,10 @@ class Material:
         The colour texture, where no file holds it.
     uv_map : UvMap
         How its textures read UV.
+    clamp : bool
+        Its colour texture ends where UV leave 0..1.
+    numbers : tuple of (str, tuple of float)
+        Statements of MTL that glTF has a like of.
     left : tuple of str
         What else it has, which is not here.
     """
@@ -79,6 +83,8 @@ class Material:
     stretch: tuple[float, float] = (1.0, 1.0)
     image: bytes | None = None
     uv_map: UvMap = UvMap()
+    clamp: bool = False
+    numbers: tuple[tuple[str, tuple[float, ...]], ...] = ()
     left: tuple[str, ...] = ()
 
     @property

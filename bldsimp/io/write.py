@@ -20,7 +20,7 @@ from .gltf import Document, gltf_text, pack_glb
 from .gltf_check import check_rest
 from .gltf_new import new_document
 from .gltf_patch import patched
-from .losses import dropped, gltf_losses, losses
+from .losses import dropped, gltf_losses, hidden, losses
 from .mtl import material_library
 from .obj import ObjFormat
 from .obj_write import obj_text
@@ -121,7 +121,7 @@ def _files(
     scene: Scene, lights: list[Light], path: Path | None, format_: str, options: Options, written: Written
 ) -> dict[Path, bytes]:
     """Every file to write, the main one last."""
-    written.warnings += dropped(scene, options)
+    written.warnings += dropped(scene, options) + hidden(scene, options, format_)
     main = Path("-") if path is None else path
     if format_ in ("glb", "gltf"):
         return _gltf_files(scene, lights, main, format_, options, written)
@@ -237,9 +237,10 @@ def _beside(json_: dict[str, Any]) -> list[str]:
 def _obj_files(scene: Scene, sheets: list[Sheet], main: Path, written: Written) -> dict[Path, bytes]:
     """An OBJ file, and the material library and textures beside it."""
     pictured = Pictured(scene, main, written.warnings)
-    sheets = [spread(as_shown(one)) for one in sheets]
     stored = scene.meshes[0].source
     color_scale = stored.color_scale if isinstance(stored, ObjFormat) else 1.0
+    # The library of an OBJ file comes along as it is, and maps UV itself.
+    sheets = [spread(one if isinstance(stored, ObjFormat) else as_shown(one)) for one in sheets]
     data, written.vertices = obj_text(sheets, *pictured.libraries(sheets, material_library), color_scale)
     written.warnings += losses(scene, sheets, "obj")
     # Pictures count neither before nor after.
