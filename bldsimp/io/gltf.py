@@ -68,6 +68,9 @@ class Document:
                 raise InputError(f"glTF image {number} has neither a URI nor a buffer view: the file is damaged")
             if "bufferView" in image:
                 self._item("bufferViews", image["bufferView"])
+        for number, buffer in enumerate(self.items("buffers")):
+            if not isinstance(buffer.get("uri", ""), str):
+                raise InputError(f"the URI of glTF buffer {number} is no text: the file is damaged")
         for key in ("extensionsUsed", "extensionsRequired"):
             names = self.json.get(key, [])
             if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
@@ -179,7 +182,8 @@ class Document:
 
     def _item(self, key: str, index: int) -> dict[str, Any]:
         items = self.items(key)
-        if not isinstance(index, int) or not 0 <= index < len(items):
+        # A truth value is a whole number to Python, but not to JSON.
+        if type(index) is not int or not 0 <= index < len(items):
             raise InputError(f"glTF {key} has no entry {index}: the file is damaged")
         return items[index]
 
@@ -296,8 +300,17 @@ def data_uri(uri: str) -> bytes:
 
 
 def copied(value: Any) -> Any:
-    """A copy of JSON, as deep as it could be read."""
-    return json.loads(json.dumps(value))
+    """A copy of JSON, as deep as it could be read.
+
+    Raises
+    ------
+    InputError
+        Where it could be read only just.
+    """
+    try:
+        return json.loads(json.dumps(value))
+    except RecursionError:
+        raise InputError("the glTF JSON is nested too deep: the file is damaged") from None
 
 
 def pack_glb(json_: dict[str, Any], binary: bytes, chunks: list[tuple[int, bytes]]) -> bytes:
@@ -321,5 +334,7 @@ def gltf_text(json_: dict[str, Any], compact: bool) -> bytes:
     except UnicodeEncodeError:
         # Half of a surrogate pair, which JSON can name, but UTF-8 cannot write.
         return json.dumps(json_, allow_nan=False, **style).encode("ascii")
+    except RecursionError:
+        raise OutputError("the glTF JSON is nested too deep: flatten the input") from None
     except ValueError:
         raise OutputError("the glTF JSON holds a number beyond double precision: repair the input") from None

@@ -22,8 +22,9 @@ class BareMaterials:
     def take(self, primitive: dict[str, Any]) -> None:
         """Give a primitive, and its variants, the bare forms of their materials, added where there are none yet."""
         for user in (primitive, *primitive.get("extensions", {}).get(VARIANTS, {}).get("mappings", [])):
-            if user.get("material") is not None:
-                user["material"] = self._bare(user["material"])
+            number = user.get("material")
+            if isinstance(number, int) and 0 <= number < len(self.materials):
+                user["material"] = self._bare(number)
 
     def _bare(self, number: int) -> int:
         bare = _without_textures(self.materials[number])
@@ -38,9 +39,12 @@ class BareMaterials:
 
 def _without_textures(value: Any) -> Any:
     """JSON without any member that names a texture."""
-    if isinstance(value, dict):
-        return {k: _without_textures(v) for k, v in value.items() if not k.lower().endswith("texture")}
-    return value
+    # JSON may be nested deeper than functions may call each other.
+    return json.loads(json.dumps(value), object_pairs_hook=_untextured)
+
+
+def _untextured(members: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {key: value for key, value in members if not key.lower().endswith("texture")}
 
 
 def without_lost(extension: str, value: dict[str, Any], left: set[str], options: Options) -> dict[str, Any]:

@@ -82,11 +82,11 @@ def accessor_view_slots(accessor: dict[str, Any]) -> Iterator[Slot]:
 
 
 def _one(container: Any, key: str) -> Iterator[Slot]:
-    if isinstance(container.get(key), int):
+    if type(container.get(key)) is int:
         yield container, key
 
 
 def _all(container: dict[str, Any]) -> Iterator[Slot]:
     for key, value in container.items():
-        if isinstance(value, int):
+        if type(value) is int:
             yield container, key

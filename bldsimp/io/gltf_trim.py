@@ -62,15 +62,20 @@ def _ranges(json_: dict[str, Any], accessor: dict[str, Any], views: dict[int, by
     number, sparse = accessor.get("bufferView"), accessor.get("sparse", {})
     if number not in views and not sparse:
         return
-    size = np.dtype(COMPONENTS[accessor["componentType"]]).itemsize * WIDTHS[accessor["type"]]
-    if number in views:
+    size = _size(accessor.get("componentType")) * WIDTHS.get(accessor.get("type", ""), 0)
+    # What is not understood has no range, so that its view stays whole.
+    if number in views and size and "count" in accessor:
         stride = json_["bufferViews"][number].get("byteStride", size)
-        yield number, _range(accessor, stride * (accessor["count"] - 1) + size)
-    for key, kind in (("indices", sparse.get("indices", {}).get("componentType")), ("values", None)):
+        yield number, _range(accessor, stride * (int(accessor["count"]) - 1) + size)
+    for key, each in (("indices", _size(sparse.get("indices", {}).get("componentType"))), ("values", size)):
         number = sparse.get(key, {}).get("bufferView")
-        if number in views:
-            each = size if kind is None else np.dtype(COMPONENTS[kind]).itemsize
-            yield number, _range(sparse[key], each * sparse["count"])
+        if number in views and each and "count" in sparse:
+            yield number, _range(sparse[key], each * int(sparse["count"]))
+
+
+def _size(component: int | None) -> int:
+    """Bytes of a number, 0 where the format has no such component type."""
+    return np.dtype(COMPONENTS[component]).itemsize if component in COMPONENTS else 0
 
 
 def _range(user: dict[str, Any], length: int) -> Range:

@@ -17,6 +17,7 @@ from ..scene import Light, Scene
 from ..tolerance import diagonal, epsilon
 from .beside import Pictured, copies, embedded_images
 from .gltf import Document, gltf_text, pack_glb
+from .gltf_check import check_rest
 from .gltf_new import new_document
 from .gltf_patch import patched
 from .losses import dropped, gltf_losses, losses
@@ -166,14 +167,10 @@ def _gltf_files(
     embedded = piped
     if isinstance(scene.source, Document):
         inside = piped or (format_ == "glb" and scene.format == "gltf")
-        try:
-            json_, binary, written.vertices = patched(
-                scene, lights, options, written.warnings, whole=inside, first=format_ == "glb"
-            )
-        except (AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError) as error:
-            # What no mesh uses is not looked at before the document is put together again.
-            what = f"{type(error).__name__}: {error}"
-            raise OutputError(f"the input's glTF JSON is not as the format asks ({what}): it is damaged") from error
+        check_rest(scene.source)
+        json_, binary, written.vertices = patched(
+            scene, lights, options, written.warnings, whole=inside, first=format_ == "glb"
+        )
         chunks = scene.source.chunks
         embedded |= scene.source.embedded
         if inside:
@@ -187,10 +184,11 @@ def _gltf_files(
         _warn_of_rounding(scene, "glTF", made.fallen, written)
         written.warnings += gltf_losses(scene)
     # Pictures beside the document count neither before nor after.
-    stays = [entry["byteLength"] for entry in json_.get("buffers", []) if "uri" in entry and not _is_inside(entry)]
+    others = [entry for entry in json_.get("buffers", []) if "uri" in entry and not _is_inside(entry)]
+    stays = sum(entry.get("byteLength", 0) for entry in others)
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
-        written.bytes = len(data) + sum(stays)
+        written.bytes = len(data) + stays
         return {**beside, main: data}
     if chunks:
         written.warnings.append("chunks of the GLB file beside JSON and BIN have no place in text glTF")
@@ -203,7 +201,7 @@ def _gltf_files(
         if not embedded:
             beside[main.with_name(name)] = binary
     data = gltf_text(json_, compact=False)
-    written.bytes = len(data) + sum(stays) + (0 if embedded else len(binary))
+    written.bytes = len(data) + stays + (0 if embedded else len(binary))
     return {**beside, main: data}
 
 
