@@ -21,7 +21,7 @@ from .surface import Material
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
-def gltf_meshes(document: Document, beside: Beside) -> list[Mesh]:
+def gltf_meshes(document: Document, beside: Beside, warnings: list[str]) -> list[Mesh]:
     """All meshes of a document that have triangles.
 
     Parameters
@@ -29,13 +29,15 @@ def gltf_meshes(document: Document, beside: Beside) -> list[Mesh]:
     document : Document
     beside : function of a relative path
         Gives the bytes of an image beneath the document's folder, or None.
+    warnings : list of str
+        Added to.
 
     Raises
     ------
     InputError
     """
     transforms, bent = placed_meshes(document)
-    textures = Textures(document, beside)
+    textures = Textures(document, beside, warnings)
     meshes = []
     for index in range(len(document.items("meshes"))):
         mesh = _mesh(document, textures, index, tuple(bent.get(index, ())))

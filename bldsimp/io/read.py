@@ -68,7 +68,7 @@ def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
         try:
             scene.source = unpacked(parse_gltf(data, folder), scene.warnings)
             # Images are no part of the file's size.
-            scene.meshes = gltf_meshes(scene.source, Folder(folder.path))
+            scene.meshes = gltf_meshes(scene.source, Folder(folder.path), scene.warnings)
         except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
             # JSON may hold anything anywhere; what the format does not foresee ends here.
             what = f"{type(error).__name__}: {error}"
