@@ -199,6 +199,19 @@ class TestSeveralBuffers:
         for folder in ("a", "b b", "c"):
             assert (target.parent / folder / "color.png").read_text() == f"picture of {folder}"
 
+    @pytest.mark.parametrize("piped", [False, True])
+    def test_a_buffer_takes_no_name_of_an_image(self, piped: bool, tmp_path: Path) -> None:
+        document = Gltf()
+        document.json["images"] = [{"uri": "box.bin"}]
+        document.mesh(document.box(fine=True))
+        source, target = tmp_path / "box.glb", tmp_path / "box.gltf"
+        write(source, document.glb())
+        write(tmp_path / "box.bin", "picture")
+        scene = read(source.read_bytes() if piped else source, "glb")
+        write_scene(scene, simplify_scene(scene, Options())[0], target, "gltf", Options())
+        assert (tmp_path / "box.bin").read_text() == "picture"
+        assert [entry["uri"] for entry in json.loads(target.read_text())["buffers"]] == ["light_box.bin"]
+
     def test_over_itself_and_into_a_glb(self, tmp_path: Path) -> None:
         source = self.document(tmp_path)
         before = scene_of(source)
