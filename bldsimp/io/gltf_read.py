@@ -42,11 +42,14 @@ def gltf_meshes(document: Document, beside: Beside, warnings: list[str]) -> list
     for index in range(len(document.items("meshes"))):
         mesh = _mesh(document, textures, index, tuple(bent.get(index, ())))
         if mesh is not None:
-            if transforms.get(index):
-                mesh.transforms = np.array(transforms[index])
+            mesh.transforms = np.array(transforms.get(index, [])).reshape(-1, 4, 4)
             meshes.append(mesh)
     if not meshes:
         raise InputError("the glTF file has no triangles: bldsimp simplifies surfaces")
+    if not any(len(mesh.transforms) for mesh in meshes):
+        # A mere library of meshes: each shows once.
+        for mesh in meshes:
+            mesh.transforms = np.eye(4)[None]
     return meshes
 
 

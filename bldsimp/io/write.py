@@ -128,7 +128,7 @@ def _files(
     instances = [
         [instance(sheet(mesh, light, options), transform) for transform in mesh.transforms]
         for mesh, light in zip(scene.meshes, lights, strict=True)
-        if len(light.faces)
+        if len(light.faces) and len(mesh.transforms)
     ]
     sheets = [one for placed in instances for one in placed]
     if format_ == "obj":
