@@ -90,7 +90,7 @@ def without_small(meshes: list[Mesh], options: Options) -> tuple[list[Light | No
     Parameters
     ----------
     meshes : list of Mesh
-        Of one scene. The largest component of them all stays, and so do parts that are passed on.
+        Of one scene. The largest component of all that it shows stays, and so do parts that are passed on.
     options : Options
 
     Returns
@@ -103,7 +103,7 @@ def without_small(meshes: list[Mesh], options: Options) -> tuple[list[Light | No
         Components that are as small, and stay since a part of theirs is passed on.
     """
     found = [_Components(mesh, options) for mesh in meshes]
-    largest = max((one.sizes.max(initial=-1.0) for one in found), default=-1.0)
+    largest = max((one.sizes.max(initial=-1.0) for one in found if len(one.mesh.transforms)), default=-1.0)
     least = min(options.min_part, largest)
     staying = sum(int(np.count_nonzero(one.pinned & (one.sizes < least))) for one in found)
     left = [one.without(~one.pinned & (one.sizes < least)) for one in found]

@@ -82,6 +82,8 @@ def simplify_file(
     """
     start = time.perf_counter()
     scene = read(source, from_)
+    if to not in ("glb", "gltf"):
+        _leave_out_unshown(scene)
     after_read = time.perf_counter()
     points = sum(len(mesh.used_points) for mesh in scene.meshes)
     lights, report = watch(lambda progress: _simplified(scene, options, progress), points)
@@ -97,6 +99,14 @@ def simplify_file(
     report.seconds = end - start
     seconds = {"read": after_read - start, "simplify": after_simplify - after_read, "write": end - after_simplify}
     return FileResult(scene, report, seconds)
+
+
+def _leave_out_unshown(scene: Scene) -> None:
+    """Take meshes away that no node of a scene graph shows, since formats without one have no place for them."""
+    shown = [mesh for mesh in scene.meshes if len(mesh.transforms)]
+    if len(shown) < len(scene.meshes):
+        scene.warnings.append(f"meshes that no node shows are left out: {len(scene.meshes) - len(shown):,}")
+        scene.meshes = shown
 
 
 def _simplified(

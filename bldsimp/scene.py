@@ -97,7 +97,8 @@ class Mesh:
         Index into `parts`.
     parts : list of Part
     transforms : (k, 4, 4) float64
-        World transform of each instance; one identity where the format has no scene graph.
+        World transform of each instance; one identity where the format has no scene graph, none where a scene shows
+        other meshes alone: the mesh is then made light in its own frame.
     normals : (n, 3) float64 or None
         Stored vertex normals, one row per vertex.
     attributes : list of Attribute

@@ -148,14 +148,16 @@ def _as_arrays(outcome: Outcome) -> tuple[Points, NDArray[np.int32]]:
 
 
 def _as_trimesh(given: Any, mesh: Mesh, outcome: Outcome) -> Any:
-    """A result of the same class as what was given, with its UV, colours and other arrays.
+    """A result of the same class as what was given, with its UV, material, colours, other arrays and metadata.
 
     Points that need several values, as along a seam, are repeated after all others.
     """
     points, faces = _as_arrays(outcome)
     kind = type(given)
     if not mesh.attributes or not len(faces):
-        return kind(vertices=points, faces=faces, process=False)
+        made = kind(vertices=points, faces=faces, process=False)
+        give(made, given, mesh, outcome.light, np.empty(0, np.int64))
+        return made
     corners = faces.reshape(-1)
     first, inverse = distinct_rows(np.hstack([corners[:, None], corner_values(mesh, outcome.light)]))
     point = corners[first]

@@ -92,7 +92,7 @@ def diagonal(scene: Scene) -> float:
     for mesh in scene.meshes:
         if not len(mesh.used_points):
             continue
-        for transform in mesh.transforms if len(mesh.transforms) else np.eye(4)[None]:
+        for transform in mesh.transforms:
             still = np.array_equal(transform, np.eye(4))
             world = mesh.box if still else placed(mesh.used_points, transform)
             low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))

@@ -11,16 +11,19 @@ from .carried import FACE, color_attribute, custom_attribute
 from .options import UNKNOWN_TEXELS
 from .scene import Attribute, Light, Mesh
 
-_COLOR, _FACE_COLOR = "COLOR_0", FACE + "COLOR_0"
+_COLOR, _FACE_COLOR, _MATERIAL = "COLOR_0", FACE + "COLOR_0", FACE + "MATERIAL"
 
 
 def carried_by(geometry: Any) -> dict[str, NDArray[Any]]:
-    """UV, colours and all other arrays of a geometry, by the name of the attribute: (n, k), or (m, k) of faces."""
+    """UV, colours, numbers of materials and all other arrays of a geometry, by the name of the attribute: (n, k), or (m, k) of faces."""
     found: dict[str, Any] = {}
     visual = geometry.visual
     uv = getattr(visual, "uv", None)
     if uv is not None and np.shape(uv) == (len(geometry.vertices), 2):
         found["TEXCOORD_0"] = np.asarray(uv, np.float64)
+    materials = getattr(visual, "face_materials", None)
+    if materials is not None and np.shape(materials) == (len(geometry.faces),):
+        found[_MATERIAL] = np.asarray(materials)[:, None]
     if visual.kind == "vertex" and visual.defined:
         found[_COLOR] = np.asarray(visual.vertex_colors, np.float64) / 255.0
     elif visual.kind == "face" and visual.defined:
@@ -89,6 +92,7 @@ def give(made: Any, given: Any, mesh: Mesh, light: Light, corner: NDArray[np.int
     """
     import trimesh
 
+    made.metadata.update(given.metadata)
     columns = {
         one.name: light.values(one) if one.on_faces else light.values(one)[light.faces.reshape(-1)[corner]]
         for one in mesh.attributes
@@ -96,7 +100,10 @@ def give(made: Any, given: Any, mesh: Mesh, light: Light, corner: NDArray[np.int
     material = getattr(given.visual, "material", None)
     if material is not None:
         visuals: Any = trimesh.visual.TextureVisuals
-        made.visual = visuals(uv=columns.get("TEXCOORD_0"), material=material)
+        numbers = None
+        if _MATERIAL in columns:
+            numbers = np.rint(columns[_MATERIAL][:, 0]).astype(np.asarray(given.visual.face_materials).dtype)
+        made.visual = visuals(uv=columns.get("TEXCOORD_0"), material=material, face_materials=numbers)
     elif _COLOR in columns or _FACE_COLOR in columns:
         levels = {
             name: np.rint(255.0 * columns[name]).astype(np.uint8) for name in (_COLOR, _FACE_COLOR) if name in columns

@@ -219,6 +219,8 @@ class TestWrongUsage:
             (["none.obj", "there.obj"], "--overwrite"),
             (["none.obj", "out.obj", "--report", "missing/r.json"], "folder"),
             (["none.obj", "out.obj", "--report", "out.obj"], "--report"),
+            (["none.obj", "out.obj", "--report", "out.mtl"], "--report"),
+            (["none.gltf", "out.obj", "--report", "none.bin"], "--report"),
             (["none.obj", "-", "--to", "obj", "--report", "-"], "standard output, too"),
             (["none.obj", "loop.obj"], "symbolic links"),
             (["none.obj", "out.obj", "--report", "loop.obj"], "symbolic links"),

@@ -13,6 +13,8 @@ from gltf_cases import light_of
 from shapes import Gltf, box, glb_parts, glb_values, triangle_set, write
 
 from bldsimp import InputError, Options, Tolerance, simplify_scene
+from bldsimp.compare.surface import surface_of
+from bldsimp.file import simplify_file
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.tolerance import diagonal, resolve_tolerance, spacing
@@ -113,6 +115,22 @@ class TestRead:
         )
         assert diagonal(scene) == pytest.approx(np.sqrt(18**2 + 2**2 + 7**2))
         assert resolve_tolerance(scene, Tolerance(1.0, "percent")) == pytest.approx(diagonal(scene) / 100)
+
+    def test_a_mesh_that_no_node_shows_counts_only_where_no_other_is_shown(self) -> None:
+        document = Gltf()
+        document.mesh(document.box(size=2.0))
+        document.mesh(document.box(size=200.0))
+        del document.json["nodes"][1], document.json["scenes"][0]["nodes"][1]
+        scene = read(document.glb(), "glb")
+        assert [len(mesh.transforms) for mesh in scene.meshes] == [1, 0]
+        assert diagonal(scene) == pytest.approx(np.sqrt(12))
+        assert len(surface_of(scene).points) == 8
+        # The one that is shown stays, however small.
+        (shown, _), _ = simplify_scene(scene, Options(min_part=1000.0))
+        assert len(shown.faces) == 12
+        document.json.update(nodes=[], scenes=[{}])
+        scene = read(document.glb(), "glb")
+        assert [mesh.transforms.tolist() for mesh in scene.meshes] == [[np.eye(4).tolist()]] * 2
 
     def test_gpu_instances(self, models: Path) -> None:
         scene = read(models / "textured" / "khronos_SimpleInstancing.glb", "glb")
@@ -255,3 +273,23 @@ class TestNormals:
     def test_none_are_written_where_none_are_wanted(self, shaded: Gltf, tmp_path: Path, choice: str) -> None:
         _, after = light_of(shaded.glb(), tmp_path / "out.glb", Options(normals=choice))
         assert set(glb_parts(after)[0]["meshes"][0]["primitives"][0]["attributes"]) == {"POSITION"}
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "off", "glb", "gltf"])
+def test_a_mesh_that_no_node_shows_stays_where_there_are_nodes_alone(suffix: str, tmp_path: Path) -> None:
+    document = Gltf()
+    document.mesh(document.box(size=2.0, fine=True))
+    document.mesh(document.box(size=200.0, fine=True))
+    del document.json["nodes"][0]
+    document.json["nodes"][0]["translation"] = [1.0, 0.0, 0.0]
+    document.json["scenes"][0]["nodes"] = [0]
+    target = tmp_path / f"out.{suffix}"
+    report = simplify_file(document.glb(), "glb", target, suffix, Options()).report
+    meshes = read(target, suffix).meshes
+    if suffix in ("glb", "gltf"):
+        assert [len(mesh.faces) for mesh in meshes] == [12, 12]
+        assert report.after.triangles == 24
+    else:
+        assert [mesh.box.tolist() for mesh in meshes] == [[[1.0, 0.0, 0.0], [201.0, 200.0, 200.0]]]
+        assert report.after.triangles == 12
+    assert any("no node shows are left out: 1" in text for text in report.warnings) == (suffix not in ("glb", "gltf"))

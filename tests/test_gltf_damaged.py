@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import CASES, light_of
+from gltf_cases import CASES, light_of, textured
 from shapes import Gltf, box, glb_parts
 
 from bldsimp import InputError, Options, OutputError, Tolerance, simplify_scene
@@ -226,3 +226,25 @@ def test_positions_that_are_not_finite_are_named() -> None:
     document.mesh(primitive)
     with pytest.raises(InputError, match=r"not finite .*: 3:"):
         read(document.glb(), "glb")
+
+
+@pytest.mark.parametrize(("uri", "told"), [("data:image/png,%89PNG%0D%0A", 0), ("data:image/png;base64,!", 1)])
+@pytest.mark.parametrize("suffix", ["gltf", "glb", "obj"])
+def test_no_data_uri_of_an_image_refuses_a_mesh(uri: str, told: int, suffix: str, tmp_path: Path) -> None:
+    document = Gltf()
+    document.mesh(textured(document))
+    document.json["images"] = [{"uri": uri}]
+    scene = read(document.gltf(), "gltf")
+    assert [bool("image 0 cannot be decoded" in text) for text in scene.warnings] == [True] * told
+    lights, _ = simplify_scene(scene, Options())
+    target = tmp_path / f"out.{suffix}"
+    write_scene(scene, lights, target, suffix, Options())
+    if suffix == "gltf":
+        assert json.loads(target.read_bytes())["images"] == [{"uri": uri}]
+
+
+def test_a_buffer_of_no_base64_is_an_error() -> None:
+    document = Gltf()
+    document.mesh(document.box())
+    with pytest.raises(InputError, match="data URI of glTF buffer 0 cannot be decoded"):
+        read(document.gltf("data:application/octet-stream;base64,!"), "gltf")

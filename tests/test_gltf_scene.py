@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import CASES, bounded, textured
+from gltf_cases import CASES, bounded, everything_around, textured
 from gltf_scene import Contents, scene_of
 from khronos import assert_no_new_issues
 from shapes import Gltf, box, write
@@ -199,6 +199,19 @@ class TestSeveralBuffers:
         for folder in ("a", "b b", "c"):
             assert (target.parent / folder / "color.png").read_text() == f"picture of {folder}"
 
+    @pytest.mark.parametrize("piped", [False, True])
+    def test_a_buffer_takes_no_name_of_an_image(self, piped: bool, tmp_path: Path) -> None:
+        document = Gltf()
+        document.json["images"] = [{"uri": "box.bin"}]
+        document.mesh(document.box(fine=True))
+        source, target = tmp_path / "box.glb", tmp_path / "box.gltf"
+        write(source, document.glb())
+        write(tmp_path / "box.bin", "picture")
+        scene = read(source.read_bytes() if piped else source, "glb")
+        write_scene(scene, simplify_scene(scene, Options())[0], target, "gltf", Options())
+        assert (tmp_path / "box.bin").read_text() == "picture"
+        assert [entry["uri"] for entry in json.loads(target.read_text())["buffers"]] == ["light_box.bin"]
+
     def test_over_itself_and_into_a_glb(self, tmp_path: Path) -> None:
         source = self.document(tmp_path)
         before = scene_of(source)
@@ -210,3 +223,16 @@ class TestSeveralBuffers:
         assert next(entry["uri"] for entry in json.loads(source.read_text())["buffers"]) == "shape.bin"
         assert (tmp_path / "shape.bin").stat().st_size < large / 3
         assert_same_scene(before, scene_of(source))
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "off", "gltf"])
+def test_what_stands_around_the_surface_is_told_where_it_is_lost(suffix: str, tmp_path: Path) -> None:
+    document = everything_around()
+    document.json["meshes"][0]["primitives"].append({**document.box(), "mode": 1})
+    scene = read(document.glb(), "glb")
+    lights, _ = simplify_scene(scene, Options())
+    told = write_scene(scene, lights, tmp_path / f"out.{suffix}", suffix, Options()).warnings
+    assert [text for text in told if "glTF document" in text] == [
+        f"{suffix.upper()} holds of a glTF document no points and lines, cameras, lights, animations,"
+        " wrap and filter of textures, tree of nodes, names of nodes, extras: lost"
+    ] * (suffix != "gltf")

@@ -85,3 +85,30 @@ def test_without_anything_carried_nothing_is_repeated() -> None:
     mesh = bldsimp.simplify(plain()).mesh
     assert len(mesh.vertices) == 8
     assert not mesh.visual.defined
+
+
+def test_several_materials_stay_on_their_faces() -> None:
+    given = textured()
+    number = (given.triangles_center[:, 0] > painted.SIZE / 2).astype(np.int32)
+    materials = trimesh.visual.material.MultiMaterial([given.visual.material, trimesh.visual.material.PBRMaterial()])
+    given.visual = trimesh.visual.TextureVisuals(uv=given.visual.uv, material=materials, face_materials=number)
+    mesh = bldsimp.simplify(given).mesh
+    assert mesh.visual.material is materials
+    # Four sides are cut in halves.
+    assert len(mesh.faces) == 20
+    assert np.array_equal(mesh.visual.face_materials, mesh.triangles_center[:, 0] > painted.SIZE / 2)
+    flat = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False)
+    flat.visual = trimesh.visual.TextureVisuals(uv=np.zeros((3, 2)), material=materials, face_materials=[1])
+    assert bldsimp.simplify(flat).mesh.visual.material is materials
+
+
+def test_a_material_without_uv_and_metadata_stay() -> None:
+    given = plain()
+    given.metadata["name"] = ["tower"]
+    given.visual = trimesh.visual.TextureVisuals(material=trimesh.visual.material.PBRMaterial(name="brick"))
+    mesh = bldsimp.simplify(given).mesh
+    assert len(mesh.vertices) == 8
+    assert mesh.visual.material is given.visual.material
+    assert mesh.visual.uv is None
+    assert mesh.metadata == given.metadata
+    assert mesh.metadata is not given.metadata

@@ -232,5 +232,7 @@ def _check_report(report: str, read_from: Endpoint, write_to: Endpoint) -> None:
     path = Path(report)
     check_output(path, "--report", overwrite=True)
     for endpoint in (read_from, write_to):
-        if endpoint.path is not None and os.path.realpath(endpoint.path) == os.path.realpath(path):
-            raise UsageError(f"--report: {path} is also a model: choose another file")
+        # A model's material library and buffer are called like it.
+        own = [] if endpoint.path is None else [endpoint.path, *map(endpoint.path.with_suffix, (".mtl", ".bin"))]
+        if os.path.realpath(path) in map(os.path.realpath, own):
+            raise UsageError(f"--report: {path} is also a model, or belongs to one: choose another file")

@@ -72,6 +72,9 @@ def embedded_images(
             continue
         if uri.startswith("data:"):
             data = data_uri(uri)
+            if data is None:
+                # It was told on reading; an image that is damaged stays as it is.
+                continue
         else:
             path = beneath(source and source.parent, unquote(uri))
             if path is None:
@@ -179,6 +182,9 @@ class Pictured:
             uri = unquote(image.get("uri", ""))
             if not uri or uri.startswith("data:"):
                 data = data_uri(image["uri"]) if uri else self.scene.source.view(image["bufferView"])
+                if data is None:
+                    self.warnings.append(f"the data URI of glTF image {name} cannot be decoded: it is lost")
+                    return None
                 return f"{self.main.stem}_{name}.{_SUFFIXES.get(media_type(data), 'bin')}", data
         path = beneath(folder, uri)
         if path is None:

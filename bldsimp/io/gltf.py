@@ -9,7 +9,7 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import unquote, unquote_to_bytes
 
 import numpy as np
 from numpy.typing import NDArray
@@ -266,6 +266,8 @@ def _buffer(entry: dict[str, Any], number: int, binary: bytes | None, beside: Be
             )
     else:
         found = data_uri(uri) if uri.startswith("data:") else beside(unquote(uri))
+    if found is None and uri.startswith("data:"):
+        raise InputError(f"the data URI of glTF buffer {number} cannot be decoded: the file is damaged")
     if found is None:
         raise InputError(f"glTF buffer '{unquote(uri)[:80]}' is no file beneath the input's folder: put it there")
     if len(found) < entry.get("byteLength", 0):
@@ -284,19 +286,16 @@ def image_bytes(document: Document, index: int, beside: Beside) -> bytes | None:
     return data_uri(uri) if uri.startswith("data:") else beside(unquote(uri))
 
 
-def data_uri(uri: str) -> bytes:
-    """The bytes that a data URI holds."""
+def data_uri(uri: str) -> bytes | None:
+    """The bytes that a data URI holds, or None where it cannot be decoded."""
     head, comma, body = uri.partition(",")
+    if not comma:
+        return None
     try:
-        if not comma:
-            raise ValueError
-        return (
-            base64.b64decode(body, validate=True)
-            if head.endswith(";base64")
-            else unquote(body).encode("latin-1")
-        )
-    except (binascii.Error, ValueError):
-        raise InputError("a data URI of the glTF file cannot be decoded: the file is damaged") from None
+        data = unquote_to_bytes(body)
+        return base64.b64decode(data, validate=True) if head.endswith(";base64") else data
+    except (binascii.Error, UnicodeEncodeError):
+        return None
 
 
 def copied(value: Any) -> Any:

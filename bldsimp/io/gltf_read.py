@@ -21,7 +21,7 @@ from .surface import Material
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
-def gltf_meshes(document: Document, beside: Beside) -> list[Mesh]:
+def gltf_meshes(document: Document, beside: Beside, warnings: list[str]) -> list[Mesh]:
     """All meshes of a document that have triangles.
 
     Parameters
@@ -29,22 +29,27 @@ def gltf_meshes(document: Document, beside: Beside) -> list[Mesh]:
     document : Document
     beside : function of a relative path
         Gives the bytes of an image beneath the document's folder, or None.
+    warnings : list of str
+        Added to.
 
     Raises
     ------
     InputError
     """
     transforms, bent = placed_meshes(document)
-    textures = Textures(document, beside)
+    textures = Textures(document, beside, warnings)
     meshes = []
     for index in range(len(document.items("meshes"))):
         mesh = _mesh(document, textures, index, tuple(bent.get(index, ())))
         if mesh is not None:
-            if transforms.get(index):
-                mesh.transforms = np.array(transforms[index])
+            mesh.transforms = np.array(transforms.get(index, [])).reshape(-1, 4, 4)
             meshes.append(mesh)
     if not meshes:
         raise InputError("the glTF file has no triangles: bldsimp simplifies surfaces")
+    if not any(len(mesh.transforms) for mesh in meshes):
+        # A mere library of meshes: each shows once.
+        for mesh in meshes:
+            mesh.transforms = np.eye(4)[None]
     return meshes
 
 

@@ -26,11 +26,14 @@ class Textures:
     document : Document
     beside : function of a relative path
         Gives the bytes of an image beneath the document's folder, or None.
+    warnings : list of str
+        Added to.
     """
 
-    def __init__(self, document: Document, beside: Beside) -> None:
+    def __init__(self, document: Document, beside: Beside, warnings: list[str]) -> None:
         self.document = document
         self.beside = beside
+        self.warnings = warnings
         self._sizes: dict[int, Texels] = {}
         self._materials: dict[int, dict[int, Texels]] = {}
 
@@ -70,6 +73,8 @@ class Textures:
 
     def _image_size(self, number: int) -> tuple[int, int]:
         data = image_bytes(self.document, number, self.beside)
+        if data is None and self.document.items("images")[number]["uri"].startswith("data:"):
+            self.warnings.append(f"the data URI of glTF image {number} cannot be decoded: its size is not known")
         return (data and image_size(data)) or (UNKNOWN_TEXELS, UNKNOWN_TEXELS)
 
 

@@ -7,6 +7,8 @@ import re
 from ..carried import FACE
 from ..options import DELIMITS, Options
 from ..scene import Attribute, Scene
+from .gltf import ARRAYS, Document
+from .gltf_textures import VARIANTS
 from .loaded import STL_BYTES
 from .obj import ObjFormat
 from .sheet import Sheet, spread
@@ -71,6 +73,9 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
         found.append("OBJ colours have no alpha: lost")
     if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
         found.append(f"{upper} holds no instances: each was written out")
+    around = _around(scene.source) if isinstance(scene.source, Document) else []
+    if around:
+        found.append(f"{upper} holds of a glTF document no {', '.join(around)}: lost")
     materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
     if format_ == "obj" and isinstance(scene.meshes[0].source, ObjFormat):
         return found
@@ -86,6 +91,27 @@ def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
     if shaded and (format_ == "stl" or (format_ == "off" and scene.format != "off")):
         found.append(f"{upper} holds no vertex normals: lost")
     return found
+
+
+def _around(document: Document) -> list[str]:
+    """What a glTF document has beside surfaces and materials, in words."""
+    meshes, nodes, roots = document.items("meshes"), document.items("nodes"), document.json.get("extensions", {})
+    primitives = [one for mesh in meshes for one in mesh.get("primitives", [])]
+    extras = [document.json, *(one for key in ARRAYS for one in document.items(key)), *primitives]
+    there = {
+        "points and lines": any(one.get("mode") in (0, 1, 2, 3) for one in primitives),
+        "cameras": document.items("cameras"),
+        "lights": "KHR_lights_punctual" in roots,
+        "animations": document.items("animations"),
+        "skins": document.items("skins"),
+        "morph targets": any("targets" in one for one in primitives),
+        "variants of materials": VARIANTS in roots,
+        "wrap and filter of textures": any(one.keys() - {"name", "extras"} for one in document.items("samplers")),
+        "tree of nodes": any("children" in one for one in nodes),
+        "names of nodes": any("name" in one for one in nodes),
+        "extras": any("extras" in one for one in extras),
+    }
+    return [words for words, any_ in there.items() if any_]
 
 
 def gltf_losses(scene: Scene) -> list[str]:

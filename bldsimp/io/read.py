@@ -68,7 +68,7 @@ def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
     if scene.format in ("glb", "gltf"):
         try:
             scene.source = unpacked(parse_gltf(data, folder), scene.warnings)
-            scene.meshes = gltf_meshes(scene.source, folder.picture)
+            scene.meshes = gltf_meshes(scene.source, folder.picture, scene.warnings)
             # Also images that no material shows go into the result.
             for uri in (image.get("uri") for image in scene.source.items("images")):
                 if isinstance(uri, str) and not uri.startswith("data:"):

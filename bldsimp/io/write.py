@@ -128,7 +128,7 @@ def _files(
     instances = [
         [instance(sheet(mesh, light, options), transform) for transform in mesh.transforms]
         for mesh, light in zip(scene.meshes, lights, strict=True)
-        if len(light.faces)
+        if len(light.faces) and len(mesh.transforms)
     ]
     sheets = [one for placed in instances for one in placed]
     if format_ == "obj":
@@ -212,15 +212,15 @@ def _is_inside(buffer: dict[str, Any]) -> bool:
 def _buffer_name(scene: Scene, main: Path, json_: dict[str, Any]) -> str:
     """The buffer's file: the source's own where the document is written over itself, else one that is not there yet."""
     own = main.stem + ".bin"
-    if scene.path is None or not isinstance(scene.source, Document):
+    if not isinstance(scene.source, Document):
         return own
     before, kept = _beside(scene.source.json), _beside(json_)
     taken = {(main.parent / name).resolve() for name in kept}
-    if scene.path.resolve() == main.resolve():
+    if scene.path is not None and scene.path.resolve() == main.resolve():
         gone = [name for name in before if name not in kept]
         if len(gone) == 1 and "/" not in gone[0]:
             return gone[0]
-    else:
+    elif scene.path is not None:
         # The input must still be whole afterwards.
         taken |= {(scene.path.parent / name).resolve() for name in before}
     while main.with_name(own).resolve() in taken:
@@ -229,8 +229,8 @@ def _buffer_name(scene: Scene, main: Path, json_: dict[str, Any]) -> str:
 
 
 def _beside(json_: dict[str, Any]) -> list[str]:
-    """Files of a document's buffers."""
-    uris = [str(entry.get("uri", "")) for entry in json_.get("buffers", [])]
+    """Files of a document's buffers and images."""
+    uris = [str(entry.get("uri", "")) for key in ("buffers", "images") for entry in json_.get(key, [])]
     return [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
 
 
