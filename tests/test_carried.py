@@ -247,6 +247,20 @@ class TestTextures:
         assert side_areas(mesh, mesh.part_of_face == textures.index("wall.png")) == [0, 0, 4, 4, 4, 4]
         assert b"texnumber" in (tmp_path / "new" / "out.ply").read_bytes()
 
+    def test_a_face_without_coordinates_has_no_texture_in_ply(self, tmp_path: Path) -> None:
+        points, faces = fine_box()
+        side = painted.side_of(points[faces])
+        write(tmp_path / "m.mtl", LIBRARY)
+        write(tmp_path / "wall.png", WALL)
+        lines = ["mtllib m.mtl", *(f"v {x} {y} {z}" for x, y, z in points), *(f"vt {x} {z}" for x, _, z in points)]
+        lines += ["usemtl wall", *(f"f {a}/{a} {b}/{b} {c}/{c}" for a, b, c in faces[side >= 2] + 1)]
+        lines += [f"f {a} {b} {c}" for a, b, c in faces[side < 2] + 1]
+        light(write(tmp_path / "in.obj", "\n".join(lines)), tmp_path / "new" / "out.ply")
+        mesh = mesh_of(tmp_path / "new" / "out.ply")
+        textures = [None if (own := material_of(part)) is None else own.texture for part in mesh.parts]
+        assert sorted(map(str, textures)) == ["None", "wall.png"]
+        assert side_areas(mesh, mesh.part_of_face == textures.index("wall.png")) == [0, 0, 4, 4, 4, 4]
+
     def test_pixels_of_other_formats_are_stored_without_loss(self, tmp_path: Path, monkeypatch) -> None:
         monkeypatch.setattr("trimesh.load_scene", lambda *_, **__: textured().scene())
         scene = read(write(tmp_path / "in.3mf", b"whatever"), "3mf")

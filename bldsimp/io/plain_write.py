@@ -78,10 +78,13 @@ def _vertex_table(
 
 
 def _texture_numbers(one: Sheet, textures: list[str]) -> NDArray[np.float64]:
-    """For each face the number of its texture, -1 for none."""
+    """For each face the number of its texture, -1 for none: nor has one what is without texture coordinates."""
     materials = [material_of(part) for part in one.parts]
     numbers = [textures.index(m.texture) if m is not None and m.texture in textures else -1 for m in materials]
-    return np.array(numbers, np.float64)[one.part]
+    found, uv = np.array(numbers, np.float64)[one.part], one.values("TEXCOORD_0")
+    if uv is not None:
+        found[np.isnan(uv[one.faces]).all(axis=(1, 2))] = -1
+    return found
 
 
 def _attributes(sheets: list[Sheet], *, on_faces: bool) -> list[tuple[Attribute, NDArray[np.float64]]]:
