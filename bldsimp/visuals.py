@@ -15,7 +15,7 @@ _COLOR, _FACE_COLOR, _MATERIAL = "COLOR_0", FACE + "COLOR_0", FACE + "MATERIAL"
 
 
 def carried_by(geometry: Any) -> dict[str, NDArray[Any]]:
-    """UV, colours, numbers of materials and all other arrays of a geometry, by name: (n, k), or (m, k) of faces."""
+    """UV, colours, materials and other arrays of a geometry, by the name of the attribute: (n, k), (m, k) of faces."""
     found: dict[str, Any] = {}
     visual = geometry.visual
     uv = getattr(visual, "uv", None)

@@ -236,3 +236,30 @@ def test_what_stands_around_the_surface_is_told_where_it_is_lost(suffix: str, tm
         f"{suffix.upper()} holds of a glTF document no points and lines, cameras, lights, animations,"
         " wrap and filter of textures, tree of nodes, names of nodes, extras: lost"
     ] * (suffix != "gltf")
+
+
+@pytest.mark.parametrize("suffix", ["gltf", "glb"])
+def test_a_document_that_loses_nothing_is_written_byte_for_byte(suffix: str, tmp_path: Path) -> None:
+    document = Gltf()
+    points, faces = box()
+    # The first two are cut along the other diagonal.
+    faces = np.array([[0, 1, 2], [1, 3, 2], *faces[2:, ::-1].tolist()])
+    position = document.accessor(points)
+    document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
+    source, target = tmp_path / f"in.{suffix}", tmp_path / f"out.{suffix}"
+    # Spaces of its own, which no writer would make.
+    write(source, document.glb() if suffix == "glb" else document.gltf().replace(b'"asset":', b'"asset"  :\n\n'))
+    report = lightened(source, target)
+    assert target.read_bytes() == source.read_bytes()
+    assert report.after.bytes == report.before.bytes
+
+
+@pytest.mark.parametrize("line", ["", "\n"])
+def test_compact_text_stays_compact(line: str, tmp_path: Path) -> None:
+    document = Gltf()
+    document.mesh(document.box(fine=True), name="box")
+    source = write(tmp_path / "in.gltf", document.gltf().replace(b", ", b"," + line.encode()))
+    target = tmp_path / "out.gltf"
+    report = lightened(source, target)
+    assert (b"\n" in target.read_bytes()) == bool(line)
+    assert report.after.triangles == 12

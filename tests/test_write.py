@@ -14,6 +14,7 @@ from shapes import (
     FAR,
     Gltf,
     box,
+    box_quads,
     fine_box,
     glb_parts,
     obj_text,
@@ -374,3 +375,17 @@ def test_mapped_texture_coordinates_are_summed_in_one_order() -> None:
     a, b, c, d, e, f = matrix
     expected = [[a * u + b * v + c, d * u + e * v + f] for u, v in uv.tolist()]
     assert as_shown(sheet).attributes[0].values.tolist() == expected
+
+
+def test_an_obj_file_that_becomes_no_lighter_is_written_as_it_is(tmp_path: Path) -> None:
+    points, quads = box_quads()
+    quads = [square[::-1] for square in quads]
+    source = write(tmp_path / "in.obj", "# ours\n" + obj_text(points, quads))
+    written = light(source, tmp_path / "out.obj")
+    assert (tmp_path / "out.obj").read_bytes() == source.read_bytes()
+    assert written.bytes == source.stat().st_size
+    assert light(source, tmp_path / "smooth.obj", Options(normals="smooth")).bytes > written.bytes
+    # One face looks inwards: it is turned.
+    write(source, obj_text(points, [quads[0][::-1], *quads[1:]]))
+    light(source, tmp_path / "out.obj")
+    assert (tmp_path / "out.obj").read_bytes() != source.read_bytes()

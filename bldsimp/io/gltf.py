@@ -50,6 +50,8 @@ class Document:
         Every buffer is a data URI.
     unpacked : tuple of str
         Extensions by which the file was compressed; the document is what it stands for.
+    data : bytes
+        The file itself.
     """
 
     json: dict[str, Any]
@@ -57,6 +59,7 @@ class Document:
     chunks: list[tuple[int, bytes]]
     embedded: bool = False
     unpacked: tuple[str, ...] = ()
+    data: bytes = b""
 
     def __post_init__(self) -> None:
         for key in ARRAYS:
@@ -80,6 +83,16 @@ class Document:
         """A top-level array, empty where the file has none."""
         found: list[dict[str, Any]] = self.json.get(key, [])
         return found
+
+    @property
+    def is_compact(self) -> bool:
+        """Whether the file is text on one line."""
+        return self.data[:4] != b"glTF" and b"\n" not in self.data.strip()
+
+    def is_same(self, json_: dict[str, Any], binary: bytes) -> bool:
+        """Whether a document of this JSON, and of this data where its buffers have no URI, is what the file stores."""
+        own = zip(self.items("buffers"), self.buffers, strict=True)
+        return not self.unpacked and json_ == self.json and binary == b"".join(b for one, b in own if "uri" not in one)
 
     def accessor(self, index: int) -> NDArray[Any]:
         """Values of an accessor, (count, width), of its stored type, sparse values put in."""
@@ -211,7 +224,7 @@ def parse_gltf(data: bytes, beside: Beside) -> Document:
     version = str(found["asset"].get("version", ""))
     if not version.startswith("2"):
         raise InputError(f"the file is glTF {version[:10] or 'without a version'}: convert it to glTF 2.0")
-    document = Document(found, [], chunks)
+    document = Document(found, [], chunks, data=data)
     entries = document.items("buffers")
     document.buffers = [_buffer(entry, number, binary, beside) for number, entry in enumerate(entries)]
     document.embedded = bool(entries) and all(str(e.get("uri", "")).startswith("data:") for e in entries)

@@ -23,6 +23,7 @@ from .gltf_delimit import BareMaterials, without_lost
 from .gltf_references import INSTANCING, instancing_slots, primitive_slots, unknown_extensions
 from .gltf_rows import Rows
 from .gltf_settle import settle
+from .unchanged import is_no_lighter
 
 
 def patched(
@@ -114,7 +115,7 @@ def _replace_group(
     first, inverse = distinct_rows(np.concatenate([each.values.astype(np.float64) for each in found], axis=1))
     same_names = {each.name for each in found} == {name for name, _ in rows.accessors}
     # What has become no smaller is better left as it is stored.
-    if same_names and len(first) == rows.count and _are_as_before(mesh, light, rows, numbers, faces):
+    if same_names and len(first) == rows.count and is_no_lighter(mesh, light, numbers):
         return len(first)
     accessors = {each.name: _add_column(patch, rows, each, first) for each in found}
     primitives = patch.json["meshes"][mesh.source.index]["primitives"]
@@ -132,31 +133,6 @@ def _compact(faces: NDArray[np.int32], count: int) -> tuple[NDArray[np.int64], N
     used = np.zeros(count, bool)
     used[faces] = True
     return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
-
-
-def _are_as_before(
-    mesh: Mesh, light: Light, rows: Rows, numbers: list[int], faces: list[NDArray[np.int32]]
-) -> bool:
-    """Whether parts have the faces that they had, in whatever order."""
-    old = [mesh.faces[mesh.part_of_face == number] for number in numbers]
-    if light.changed or [len(own) for own in faces] != [len(own) for own in old]:
-        return False
-    corners = np.concatenate(faces)
-    row = light.row[corners] - rows.start
-    if row.min() < 0 or row.max() >= rows.count or (light.points[corners] != mesh.points[light.row[corners]]).any():
-        return False
-    # Rows at one position are one point.
-    place = distinct_rows(mesh.points[rows.start : rows.start + rows.count])[1]
-    part = np.repeat(np.arange(len(faces)), [len(own) for own in faces])
-    now, before = _sorted_faces(place[row], part), _sorted_faces(place[np.concatenate(old) - rows.start], part)
-    return np.array_equal(now, before)
-
-
-def _sorted_faces(faces: NDArray[np.int64], part: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Faces with their least corner first, in lexicographic order, part by part."""
-    least = np.argmin(faces, axis=1)[:, None]
-    turned = np.take_along_axis(faces, (least + np.arange(3)) % 3, axis=1)
-    return turned[np.lexsort((*turned.T[::-1], part))]
 
 
 def _add_column(patch: _Patch, rows: Rows, column: Column, first: NDArray[np.int64]) -> int:

@@ -30,10 +30,10 @@ from .ply import PlyFormat
 from .rounding import counts_in_single, fallen_together, single_rounding
 from .sheet import Sheet, as_shown, instance, sheet, spread
 from .target import replace_files
+from .unchanged import is_better_as_read
 
 WRITABLE = ("glb", "gltf", "obj", "ply", "off", "stl")
 """Formats that bldsimp writes."""
-
 
 
 @dataclass
@@ -132,7 +132,11 @@ def _files(
     ]
     sheets = [one for placed in instances for one in placed]
     if format_ == "obj":
-        return _obj_files(scene, sheets, main, written)
+        files = _obj_files(scene, sheets, main, written)
+        if is_better_as_read(scene, lights, options, len(files[main])):
+            written.bytes += len(scene.source) - len(files[main])
+            files[main] = scene.source
+        return files
     written.warnings += losses(scene, sheets, format_)
     if format_ == "ply":
         pictured = Pictured(scene, main, written.warnings)
@@ -186,6 +190,9 @@ def _gltf_files(
     # Pictures beside the document count neither before nor after.
     others = [entry for entry in json_.get("buffers", []) if "uri" in entry and not _is_inside(entry)]
     stays = sum(entry.get("byteLength", 0) for entry in others)
+    if isinstance(scene.source, Document) and format_ == scene.format and scene.source.is_same(json_, binary):
+        written.bytes = len(scene.source.data) + stays
+        return {**beside, main: scene.source.data}
     if format_ == "glb":
         data = pack_glb(json_, binary, chunks)
         written.bytes = len(data) + stays
@@ -200,7 +207,7 @@ def _gltf_files(
         json_["buffers"][number] = {"uri": uri, **entry}
         if not embedded:
             beside[main.with_name(name)] = binary
-    data = gltf_text(json_, compact=False)
+    data = gltf_text(json_, compact=isinstance(scene.source, Document) and scene.source.is_compact)
     written.bytes = len(data) + stays + (0 if embedded else len(binary))
     return {**beside, main: data}
 

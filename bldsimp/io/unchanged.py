@@ -1,0 +1,57 @@
+"""Whether a mesh has become no lighter: it is then better left as it is stored."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..options import Options
+from ..rows import distinct_rows
+from ..scene import Faces, Light, Mesh, Points, Scene
+from .losses import dropped
+
+
+def is_better_as_read(scene: Scene, lights: list[Light], options: Options, size: int) -> bool:
+    """Whether an OBJ file has become no lighter, and its new text, of this size, no smaller.
+
+    A file of which reading left anything out, or of which the user wants other normals or fewer attributes, is not.
+    """
+    if scene.format != "obj" or len(scene.source) > size or scene.warnings:
+        return False
+    if options.normals != "auto" or dropped(scene, options):
+        return False
+    mesh, light = scene.meshes[0], lights[0]
+    return is_no_lighter(mesh, light, list(range(len(mesh.parts))))
+
+
+def is_no_lighter(mesh: Mesh, light: Light, parts: list[int]) -> bool:
+    """Whether parts have as many faces as before on the same points, of the same area and outside, and none of no area.
+
+    Which diagonals cut a flat piece does not matter.
+    """
+    if light.changed or any(
+        np.count_nonzero(mesh.part_of_face == part) != np.count_nonzero(light.part_of_face == part) for part in parts
+    ):
+        return False
+    chosen = np.isin(light.part_of_face, parts)
+    old, new = mesh.faces[np.isin(mesh.part_of_face, parts)], light.faces[chosen]
+    if (light.points[new] != mesh.points[light.row[new]]).any():
+        return False
+    if _count(mesh.points, old) != _count(light.points, new):
+        return False
+    before, after = _normals(mesh.points, old), _normals(light.points, new)
+    areas = np.linalg.norm(before, axis=1)
+    sides = (after * _normals(mesh.points, mesh.faces[light.face[chosen]])).sum(axis=1)
+    same = np.isclose(areas.sum(), np.linalg.norm(after, axis=1).sum(), rtol=1e-9, atol=0.0)
+    return bool(same and (areas > 0.0).all() and (sides > 0.0).all())
+
+
+def _count(points: Points, faces: Faces) -> int:
+    """Number of distinct points that faces use."""
+    return len(distinct_rows(points[np.unique(faces)])[0])
+
+
+def _normals(points: Points, faces: Faces) -> NDArray[np.float64]:
+    """Normals of faces, twice as long as their areas."""
+    a, b, c = points[faces].transpose(1, 0, 2)
+    return np.cross(b - a, c - a)
