@@ -385,6 +385,9 @@ def test_an_obj_file_that_becomes_no_lighter_is_written_as_it_is(tmp_path: Path)
     assert (tmp_path / "out.obj").read_bytes() == source.read_bytes()
     assert written.bytes == source.stat().st_size
     assert light(source, tmp_path / "smooth.obj", Options(normals="smooth")).bytes > written.bytes
+    write(source, obj_text(points * 1e90, quads))
+    light(source, tmp_path / "far.obj")
+    assert (tmp_path / "far.obj").read_bytes() == source.read_bytes()
     # One face looks inwards: it is turned.
     write(source, obj_text(points, [quads[0][::-1], *quads[1:]]))
     light(source, tmp_path / "out.obj")

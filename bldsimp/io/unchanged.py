@@ -39,9 +39,11 @@ def is_no_lighter(mesh: Mesh, light: Light, parts: list[int]) -> bool:
         return False
     if _count(mesh.points, old) != _count(light.points, new):
         return False
-    before, after = _normals(mesh.points, old), _normals(light.points, new)
+    # So that no product of coordinates leaves the range of double precision.
+    unit = float(np.abs(mesh.points[old]).max()) or 1.0
+    before, after = _normals(mesh.points / unit, old), _normals(light.points / unit, new)
     areas = np.linalg.norm(before, axis=1)
-    sides = (after * _normals(mesh.points, mesh.faces[light.face[chosen]])).sum(axis=1)
+    sides = (after * _normals(mesh.points / unit, mesh.faces[light.face[chosen]])).sum(axis=1)
     same = np.isclose(areas.sum(), np.linalg.norm(after, axis=1).sum(), rtol=1e-9, atol=0.0)
     return bool(same and (areas > 0.0).all() and (sides > 0.0).all())
 
