@@ -21,6 +21,7 @@ class Owners:
 
 
 def owners_of(facet_of_face: Indices, part: Indices, group: Indices, count: int) -> Owners:
+    """What facets belong to, by what their faces, all of one part and one group, do."""
     part_of_facet, group_of_facet = np.zeros(count, np.int32), np.zeros(count, np.int32)
     part_of_facet[facet_of_face] = part
     group_of_facet[facet_of_face] = group
@@ -84,4 +85,3 @@ def in_rows(
         np.concatenate([face_of_facet[facet[fresh]], np.flatnonzero(untouched).astype(np.int32)]),
     )
     return light, np.concatenate([facet[fresh], facet_of_input[untouched]]), foreign
-

@@ -6,6 +6,7 @@ not. Then whatever points of the wall go, the picture stays where it is.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -193,8 +194,8 @@ class Looks:
         # The first of a moved row's values stays in it; others get rows of their own.
         distinct, place = distinct_rows(np.hstack([row[:, None], strange[:, None], values, names]))
         stays = np.zeros(len(distinct), bool)
-        own = np.flatnonzero(~strange[distinct])
-        stays[own[np.unique(row[distinct[own]], return_index=True)[1]]] = True
+        moved = np.flatnonzero(~strange[distinct])
+        stays[moved[np.unique(row[distinct[moved]], return_index=True)[1]]] = True
         target, added = row[distinct], row[distinct][~stays]
         target[~stays] = len(light.row) + np.arange(len(added))
         corners[chosen] = target[place]
@@ -209,21 +210,13 @@ class Looks:
 
 def left(mesh: Mesh, light: Light) -> Mesh:
     """What is left of a mesh, as a mesh."""
-    return Mesh(
-        name=mesh.name,
+    return dataclasses.replace(
+        mesh,
         points=light.points,
         faces=light.faces,
         part_of_face=light.part_of_face,
-        parts=mesh.parts,
-        transforms=mesh.transforms,
         normals=None if mesh.normals is None else mesh.normals[light.row],
-        attributes=[
-            Attribute(one.name, one.kind, light.values(one), one.steps, one.on_faces) for one in mesh.attributes
-        ],
-        single=mesh.single,
-        rounding=mesh.rounding,
-        quantized=mesh.quantized,
-        source=mesh.source,
+        attributes=[dataclasses.replace(one, values=light.values(one)) for one in mesh.attributes],
     )
 
 

@@ -122,11 +122,13 @@ def _facet_after(first: Outcome, second: Outcome) -> Indices:
 
 
 def counts_of(triangles: Faces, points: Points, light: Light) -> Counts:
+    """A result in numbers."""
     used = int(np.count_nonzero(np.bincount(triangles.reshape(-1))))
     return counts(used, len(light.faces), *_core.count_edges(triangles, len(points)))
 
 
 def counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int) -> Counts:
+    """What a mesh has, as the report tells it; vertices and bytes are the writer's."""
     return Counts(
         points=points,
         triangles=triangles,

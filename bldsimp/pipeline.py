@@ -53,11 +53,11 @@ def simplify_mesh(
     fine = AUTO_DIAGONAL * frame(mesh.box)[1]
     if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
         return lossless(mesh, tolerance, options, with_layout=with_layout)
-    first = lossless(mesh, fine, options)
+    first = lossless(mesh, fine, options, with_layout=with_layout)
     rest = tolerance - first.deviation - fine
     # Where nothing has area, or welding has used the tolerance up, there is nothing to collapse.
     if not len(first.rung) or rest <= fine:
-        return lossless(mesh, fine, options, with_layout=with_layout)
+        return first
     second = collapsed(left(mesh, first.light), first, rest, options, progress)
     done = first.followed_by(second)
     welded = dataclasses.replace(options, weld=0.0)

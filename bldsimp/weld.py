@@ -9,9 +9,7 @@ from . import _core
 from .scene import Faces, Indices, Light, Mesh, Points
 
 
-def weld(
-    mesh: Mesh, distance: float, layers: Indices | None
-) -> tuple[_core.Welded, float]:
+def weld(mesh: Mesh, distance: float, layers: Indices | None) -> tuple[_core.Welded, float]:
     """A mesh with near points joined, and how far that moved one; corners of parts that are passed on stay."""
     welded = _core.weld(mesh.points, mesh.faces, distance, layers)
     if welded.moved == 0.0 or not mesh.passed_on.any():

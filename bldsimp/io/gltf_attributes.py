@@ -11,13 +11,12 @@ from ..carried import color_attribute, custom_attribute, label_attribute
 from ..options import UNKNOWN_TEXELS
 from ..scene import Attribute, Mesh
 from .gltf import Document
+from .gltf_references import FEATURES, METADATA, VARIANTS
 from .gltf_rows import Rows
-from .gltf_textures import METADATA, Texels
+from .gltf_textures import Texels
 
-HARMLESS = {"KHR_materials_variants", "EXT_mesh_features", METADATA}
+HARMLESS = {VARIANTS, FEATURES, METADATA}
 """Extensions of a primitive that speak of its vertices, if at all, through attributes and textures."""
-
-FEATURES = "EXT_mesh_features"
 
 _VECTORS = ("SCALAR", "VEC2", "VEC3", "VEC4")
 _OWN_FIELDS = ("POSITION", "NORMAL")

@@ -6,8 +6,7 @@ from typing import Any
 
 from ..errors import OutputError
 from .gltf import Document
-from .gltf_attributes import FEATURES
-from .gltf_references import accessor_slots, view_slots
+from .gltf_references import FEATURES, accessor_slots, view_slots
 
 
 def check_rest(document: Document) -> None:

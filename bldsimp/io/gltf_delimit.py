@@ -6,8 +6,7 @@ import json
 from typing import Any
 
 from ..options import Options
-from .gltf_attributes import FEATURES
-from .gltf_textures import METADATA, TRANSFORM, VARIANTS
+from .gltf_references import FEATURES, METADATA, TRANSFORM, VARIANTS
 
 
 class BareMaterials:

@@ -7,7 +7,8 @@ from typing import Any
 
 from ..errors import InputError
 from .gltf import Document
-from .gltf_textures import TRANSFORM, texture_infos
+from .gltf_references import TRANSFORM
+from .gltf_textures import texture_infos
 from .surface import Material, UvMap
 
 _MAPS = {"normalTexture": "norm", "emissiveTexture": "map_Ke"}

@@ -14,7 +14,7 @@ from ..rows import distinct_rows
 from ..scene import Faces, Light, Mesh, Points, Scene
 from ..tolerance import placed, scale
 from .gltf_body import Body, pack_views, view_json
-from .gltf_textures import TRANSFORM
+from .gltf_references import TRANSFORM
 from .rounding import best_origin, counts_in_single, fallen_together, single_rounding
 from .sheet import Sheet, sheet, spread
 from .surface import Material, UvMap, material_of, shown

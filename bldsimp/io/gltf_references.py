@@ -8,14 +8,18 @@ from typing import Any
 Slot = tuple[Any, Any]
 """A container and the key or index in it that holds a number."""
 
+FEATURES = "EXT_mesh_features"
 INSTANCING = "EXT_mesh_gpu_instancing"
+METADATA = "EXT_structural_metadata"
+TRANSFORM = "KHR_texture_transform"
+VARIANTS = "KHR_materials_variants"
 
 _HARMLESS = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_node_", "KHR_xmp")
 _KNOWN = {
     "KHR_mesh_quantization",
     INSTANCING,
-    "EXT_mesh_features",
-    "EXT_structural_metadata",
+    FEATURES,
+    METADATA,
     "CESIUM_primitive_outline",
     "CESIUM_RTC",
     "MSFT_texture_dds",
@@ -66,7 +70,7 @@ def view_slots(json_: dict[str, Any]) -> Iterator[Slot]:
         yield from accessor_view_slots(accessor)
     for image in json_.get("images", []):
         yield from _one(image, "bufferView")
-    metadata = json_.get("extensions", {}).get("EXT_structural_metadata", {})
+    metadata = json_.get("extensions", {}).get(METADATA, {})
     for table in metadata.get("propertyTables", []):
         for column in table.get("properties", {}).values():
             for key in ("values", "arrayOffsets", "stringOffsets"):

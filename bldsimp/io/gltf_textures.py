@@ -8,11 +8,8 @@ from typing import Any
 
 from ..options import UNKNOWN_TEXELS
 from .gltf import Beside, Document, image_bytes
+from .gltf_references import FEATURES, METADATA, TRANSFORM, VARIANTS
 from .image_size import image_size
-
-TRANSFORM = "KHR_texture_transform"
-METADATA = "EXT_structural_metadata"
-VARIANTS = "KHR_materials_variants"
 
 Texels = tuple[float, float]
 """Texels that one unit of u and one of v are worth."""
@@ -51,7 +48,7 @@ class Textures:
     def _own_infos(self, primitive: dict[str, Any]) -> Iterator[dict[str, Any]]:
         """Textures of feature ids and of properties."""
         extensions = primitive.get("extensions", {})
-        yield from texture_infos(extensions.get("EXT_mesh_features", {}))
+        yield from texture_infos(extensions.get(FEATURES, {}))
         tables = self.document.json.get("extensions", {}).get(METADATA, {}).get("propertyTextures", [])
         for number in extensions.get(METADATA, {}).get("propertyTextures", []):
             yield from tables[number].get("properties", {}).values()

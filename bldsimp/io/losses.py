@@ -8,7 +8,7 @@ from ..carried import FACE
 from ..options import DELIMITS, Options
 from ..scene import Attribute, Scene
 from .gltf import ARRAYS, Document
-from .gltf_textures import VARIANTS
+from .gltf_references import VARIANTS
 from .loaded import STL_BYTES
 from .obj import ObjFormat
 from .sheet import Sheet, spread

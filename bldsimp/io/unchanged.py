@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..normals import face_normals
 from ..options import Options
 from ..rows import distinct_rows
 from ..scene import Faces, Light, Mesh, Points, Scene
@@ -41,9 +41,9 @@ def is_no_lighter(mesh: Mesh, light: Light, parts: list[int]) -> bool:
         return False
     # So that no product of coordinates leaves the range of double precision.
     unit = float(np.abs(mesh.points[old]).max()) or 1.0
-    before, after = _normals(mesh.points / unit, old), _normals(light.points / unit, new)
+    before, after = face_normals(mesh.points / unit, old), face_normals(light.points / unit, new)
     areas = np.linalg.norm(before, axis=1)
-    sides = (after * _normals(mesh.points / unit, mesh.faces[light.face[chosen]])).sum(axis=1)
+    sides = (after * face_normals(mesh.points / unit, mesh.faces[light.face[chosen]])).sum(axis=1)
     same = np.isclose(areas.sum(), np.linalg.norm(after, axis=1).sum(), rtol=1e-9, atol=0.0)
     return bool(same and (areas > 0.0).all() and (sides > 0.0).all())
 
@@ -51,9 +51,3 @@ def is_no_lighter(mesh: Mesh, light: Light, parts: list[int]) -> bool:
 def _count(points: Points, faces: Faces) -> int:
     """Number of distinct points that faces use."""
     return len(distinct_rows(points[np.unique(faces)])[0])
-
-
-def _normals(points: Points, faces: Faces) -> NDArray[np.float64]:
-    """Normals of faces, twice as long as their areas."""
-    a, b, c = points[faces].transpose(1, 0, 2)
-    return np.cross(b - a, c - a)
