@@ -143,6 +143,13 @@ class TestRead:
         _, report = simplify_scene(scene, Options())
         assert told in report.passed_on[0].reason
 
+    def test_faces_are_seen_from_one_side_unless_their_material_says_otherwise(self) -> None:
+        document = Gltf()
+        document.json["materials"] = [{}, {"doubleSided": True}]
+        plain, one, two = (document.box(shift=shift) for shift in (0.0, 9.0, 18.0))
+        one["material"], two["material"] = 0, 1
+        assert [part.one_sided for part in mesh_of(document, plain, one, two).parts] == [True, True, False]
+
 
 @pytest.mark.parametrize("fixed", [False, True])
 def test_faces_without_area_are_no_obstacle(fixed: bool, tmp_path: Path) -> None:
