@@ -26,9 +26,7 @@ def check_wheel(names: list[str]) -> None:
     demand(any(name.endswith("LICENSE") for name in names), "the wheel lacks the licence")
     foreign = [name for name in names if not name.startswith(("bldsimp/", "bldsimp-"))]
     demand(not foreign, f"the wheel carries {foreign}")
-    sources = [
-        name for name in names if name.endswith((".cpp", ".hpp", ".txt", ".pyc")) and "/licenses/" not in name
-    ]
+    sources = [name for name in names if name.endswith((".cpp", ".hpp", ".txt", ".pyc")) and "/licenses/" not in name]
     sources = [name for name in sources if not name.endswith("entry_points.txt")]
     demand(not sources, f"the wheel carries {sources}")
 
@@ -39,9 +37,7 @@ def check_archive(names: list[str]) -> None:
     needed = ("CMakeLists.txt", "pyproject.toml", "LICENSE", "README.md", "setup.sh", "tests/run.sh")
     for name in (*needed, "bldsimp/_core/binding.cpp", "data/building_a.obj"):
         demand(name in inner, f"the source archive lacks {name}")
-    products = [
-        name for name in inner if name.endswith((".so", ".o", ".pyc")) or name.startswith(("build/", ".venv"))
-    ]
+    products = [name for name in inner if name.endswith((".so", ".o", ".pyc")) or name.startswith(("build/", ".venv"))]
     demand(not products, f"the source archive carries {products[:5]}")
 
 

@@ -105,9 +105,7 @@ HEADER = (
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("csv", nargs="?", type=Path, metavar="CSV", help="default: beside the models' folder")
     parser.add_argument("--tolerance", type=float, nargs="+", default=[LOSSLESS], metavar="RELATIVE")
     args = parser.parse_args()

@@ -383,9 +383,7 @@ def plans() -> str:
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--files", type=int, default=10_000)
     parser.add_argument("--sections", default="turns,memory,loop,dask,kills,poison,plan")
     parser.add_argument("--rounds", type=int, default=4)

@@ -141,9 +141,7 @@ def stage_table(meshes: Sequence[Surface], runs: int) -> str:
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("mesh", nargs="?", type=Path, default=DATA / "building_a.obj", metavar="MESH")
     parser.add_argument("--triangles", type=int, nargs="+", default=SIZES, metavar="N")
     parser.add_argument("--runs", type=int, default=5)

@@ -147,9 +147,7 @@ def misses(runs: dict[str, Run]) -> str:
     missed: dict[str, list[str]] = {
         "found above the bound": [name for name, run in runs.items() if not run.kept],
         "closed before and open after": [
-            name
-            for name, run in runs.items()
-            if run.first.before.watertight and not run.first.after.watertight
+            name for name, run in runs.items() if run.first.before.watertight and not run.first.after.watertight
         ],
         f"second run drops more than {SECOND_RUN:.1%}": [
             name for name, run in runs.items() if run.dropped_again > SECOND_RUN * run.first.after.points
@@ -160,9 +158,7 @@ def misses(runs: dict[str, Run]) -> str:
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER")
     parser.add_argument("--tolerance", nargs="+", default=TOLERANCES, metavar="TOLERANCE")
     parser.add_argument("--delimit", default="all", help="what facets may not cross")

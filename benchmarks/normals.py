@@ -110,9 +110,7 @@ def consistent(faces: NDArray[np.int64]) -> bool:
 def creases(surface: Surface, normals: Floats) -> NDArray[np.int64]:
     """Edges at which a surface bends by enough, or that do not belong to two faces; by their ends, (k, 2)."""
     halfedges = np.stack([surface.faces, np.roll(surface.faces, -1, axis=1)], axis=2).reshape(-1, 2)
-    edges, of_halfedge, uses = np.unique(
-        np.sort(halfedges, axis=1), axis=0, return_inverse=True, return_counts=True
-    )
+    edges, of_halfedge, uses = np.unique(np.sort(halfedges, axis=1), axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(of_halfedge.reshape(-1), kind="stable")
     first = np.cumsum(uses) - uses
     one, other = (normals[order[place] // 3] for place in (first, first + uses - 1))

@@ -121,9 +121,7 @@ def cone(count: int) -> Solid:
 def disc(count: int) -> Solid:
     """A flat fan around one point."""
     points, faces = cone(count)
-    return np.concatenate([points[:count], points[-1:]]), np.where(
-        faces[count:] > count, count, faces[count:]
-    )
+    return np.concatenate([points[:count], points[-1:]]), np.where(faces[count:] > count, count, faces[count:])
 
 
 def two_cones(count: int) -> Solid:
@@ -223,9 +221,7 @@ def needle_hole(count: int) -> Solid:
     x = np.linspace(-1, 1, count // 2)
     hole = np.concatenate([np.stack([x, 1e-3 * (1 - x * x)], 1), np.stack([x, -1e-3 * (1 - x * x)], 1)[-2:0:-1]])
     outer = np.array([[-2, -2], [2, -2], [2, 2], [-2, 2]], float)
-    return flat(
-        np.concatenate([hole, outer]), np.concatenate([ring(len(hole)), ring(4, len(hole))]).astype(np.int32)
-    )
+    return flat(np.concatenate([hole, outer]), np.concatenate([ring(len(hole)), ring(4, len(hole))]).astype(np.int32))
 
 
 def straight_slit(count: int) -> Solid:
@@ -233,9 +229,7 @@ def straight_slit(count: int) -> Solid:
     x = np.linspace(-1, 1, count // 2)
     hole = np.concatenate([np.stack([x, 0 * x + 1e-3], 1), np.stack([x, 0 * x - 1e-3], 1)[::-1]])
     outer = np.array([[-2, -2], [2, -2], [2, 2], [-2, 2]], float)
-    return flat(
-        np.concatenate([hole, outer]), np.concatenate([ring(len(hole)), ring(4, len(hole))]).astype(np.int32)
-    )
+    return flat(np.concatenate([hole, outer]), np.concatenate([ring(len(hole)), ring(4, len(hole))]).astype(np.int32))
 
 
 def sphere(count: int) -> Solid:

@@ -20,9 +20,7 @@ def peak_above_arrays(surface: Surface) -> int:
         paths = [Path(folder) / f"{name}.npy" for name in surface._fields]
         for path, array in zip(paths, surface, strict=True):
             np.save(path, array)
-        done = subprocess.run(
-            [sys.executable, __file__, *map(str, paths)], capture_output=True, text=True, check=True
-        )
+        done = subprocess.run([sys.executable, __file__, *map(str, paths)], capture_output=True, text=True, check=True)
     return int(done.stdout)
 
 

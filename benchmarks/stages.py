@@ -54,9 +54,7 @@ def _watched() -> Iterator[dict[str, float]]:
             setattr(module, name, original)
 
 
-def _timed(
-    stage: Callable[..., Any], shown: str, seconds: dict[str, float], inner: list[float]
-) -> Callable[..., Any]:
+def _timed(stage: Callable[..., Any], shown: str, seconds: dict[str, float], inner: list[float]) -> Callable[..., Any]:
     """A stage that adds its own time to `seconds`; `inner` holds what the callees of each call took."""
 
     def timed(*args: Any, **kwargs: Any) -> Any:

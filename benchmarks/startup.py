@@ -71,12 +71,8 @@ def figures(mesh: Surface, runs: int) -> str:
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "mesh", nargs="?", type=Path, default=ROOT / "data" / "building_a.obj", metavar="MESH"
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("mesh", nargs="?", type=Path, default=ROOT / "data" / "building_a.obj", metavar="MESH")
     parser.add_argument("--triangles", type=int, default=17_000, metavar="N")
     parser.add_argument("--runs", type=int, default=5)
     args = parser.parse_args()

@@ -76,9 +76,7 @@ def stages(source: Path, target: Path) -> list[list[object]]:
 
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("mesh", nargs="?", type=Path, default=ROOT / "data" / "building_a.obj", metavar="MESH")
     parser.add_argument("--triangles", type=int, default=1_000_000, metavar="N")
     parser.add_argument("--runs", type=int, default=3)
@@ -87,9 +85,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as scratch:
         source, target = Path(scratch) / "fine.glb", Path(scratch) / "light.glb"
         save(mesh, source)
-        timings = time_in_turns(
-            args.runs, ours=partial(ours, source, target), theirs=partial(theirs, source, target)
-        )
+        timings = time_in_turns(args.runs, ours=partial(ours, source, target), theirs=partial(theirs, source, target))
         ratio = timings["ours"].median / timings["theirs"].median
         row = [len(mesh.faces), timings["ours"], timings["theirs"], f"{ratio:.2f} x", ratio <= LIMIT]
         print(table(["triangles", "bldsimp", "trimesh alone", "ratio", f"at most {LIMIT}"], [row]))

@@ -64,9 +64,7 @@ class Case:
         return len(Delaunay(self.points).simplices)
 
 
-def star(
-    rng: np.random.Generator, centre: tuple[float, float], count: int, least: float, most: float
-) -> Points:
+def star(rng: np.random.Generator, centre: tuple[float, float], count: int, least: float, most: float) -> Points:
     """Points of a ring around a centre, their distance at random."""
     angle = np.arange(count) * (2 * np.pi / count)
     arm = rng.uniform(least, most, (count, 1))
@@ -134,9 +132,7 @@ def measure(case: Case, runs: int) -> list[object]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--quick", action="store_true", help="no input above 100,000 points")
     args = parser.parse_args()

@@ -44,9 +44,7 @@ def label_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, on_fa
     return _attribute(name, "feature", values, mesh, 1.0, on_faces)
 
 
-def _attribute(
-    name: str, kind: str, values: NDArray[np.float64], mesh: Mesh, step: float, on_faces: bool
-) -> Attribute:
+def _attribute(name: str, kind: str, values: NDArray[np.float64], mesh: Mesh, step: float, on_faces: bool) -> Attribute:
     steps = np.full((len(mesh.parts), values.shape[1]), step)
     return Attribute((FACE if on_faces else "") + name, kind, values, steps, on_faces)
 

@@ -91,9 +91,7 @@ def simplify_file(
     written = write(scene, lights, target, to, options, overwrite=overwrite)
     report.rounding = written.rounding
     report.deviation += written.rounding
-    report.after = dataclasses.replace(
-        written.after or report.after, bytes=written.bytes, vertices=written.vertices
-    )
+    report.after = dataclasses.replace(written.after or report.after, bytes=written.bytes, vertices=written.vertices)
     report.warnings += written.warnings
     end = time.perf_counter()
     report.seconds = end - start
@@ -109,9 +107,7 @@ def _leave_out_unshown(scene: Scene) -> None:
         scene.meshes = shown
 
 
-def _simplified(
-    scene: Scene, options: Options, progress: _core.Progress | None
-) -> tuple[list[Light], Report]:
+def _simplified(scene: Scene, options: Options, progress: _core.Progress | None) -> tuple[list[Light], Report]:
     lights, report = simplify_scene(scene, options, progress)
     if options.baseline:
         from .baseline import baseline_points

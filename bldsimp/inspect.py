@@ -222,9 +222,7 @@ def inspection_text(inspection: Inspection) -> str:
         entries.append((f"total       {len(inspection.meshes):,} meshes", total))
     for head, values in entries:
         lines.append(head)
-        lines += [
-            f"  {key.replace('_', ' '):18s}{_shown(value)}" for key, value in values.items() if key != "name"
-        ]
+        lines += [f"  {key.replace('_', ' '):18s}{_shown(value)}" for key, value in values.items() if key != "name"]
     lines += [f"warning     {text}" for text in inspection.warnings]
     return "\n".join(map(one_line, lines))
 
@@ -242,6 +240,4 @@ def _shown(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, list):
         return ", ".join(_in_words(each) for each in value) or "none"
-    return (
-        f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if isinstance(value, float) else str(value)
-    )
+    return f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if isinstance(value, float) else str(value)

@@ -282,9 +282,7 @@ class _Ladder:
 
     def _fits_together(self) -> bool:
         """Whether every edge is used as it must be; parts that do not fit step down."""
-        misfits = _core.find_misfits(
-            self.triangles, self.part_of_triangle, self.edges, self.unchanged, self.outlines
-        )
+        misfits = _core.find_misfits(self.triangles, self.part_of_triangle, self.edges, self.unchanged, self.outlines)
         for part in np.unique(misfits[:, 0]):
             ends = np.unique(_of(part, misfits))
             self._step_down(part, Cause.MISFIT, ends[:0], np.stack([ends, ends], axis=1))

@@ -188,9 +188,7 @@ def smooth_normals(points: Points, faces: Faces, angle: float) -> tuple[Indices,
     return group, np.where(size > 0.0, total / np.maximum(size, np.finfo(float).tiny), (0.0, 0.0, 1.0))
 
 
-def _across(
-    position: Indices, unit: Normals, wide: NDArray[np.bool_], angle: float
-) -> tuple[Indices, Indices]:
+def _across(position: Indices, unit: Normals, wide: NDArray[np.bool_], angle: float) -> tuple[Indices, Indices]:
     """Pairs of corners that share a normal: both ends of each edge that is not hard."""
     following = np.roll(position, -1, axis=1).reshape(-1)
     start = position.reshape(-1)

@@ -32,8 +32,6 @@ def _decimals(values: NDArray[np.float64]) -> int | None:
     """Fewest decimal digits that give back every value, or None where fifteen do not."""
     sample = values[:: max(1, len(values) // 1000)]
     for decimals in range(16):
-        if np.array_equal(np.round(sample, decimals), sample) and np.array_equal(
-            np.round(values, decimals), values
-        ):
+        if np.array_equal(np.round(sample, decimals), sample) and np.array_equal(np.round(values, decimals), values):
             return decimals
     return None

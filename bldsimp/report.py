@@ -234,9 +234,7 @@ def _facets(report: Report) -> str:
     """How many facets stand on which rung, and why."""
     rungs = ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in report.rungs.items() if count)
     text = f"facets     {report.facets:,}" + (f": {rungs}" if rungs else "")
-    reasons = ", ".join(
-        f"{REASONS.get(name, name)} ({count:,})" for name, count in report.reasons.items() if count
-    )
+    reasons = ", ".join(f"{REASONS.get(name, name)} ({count:,})" for name, count in report.reasons.items() if count)
     if reasons:
         text += f"; kept because: {reasons}"
     extra = [f"{report.healed:,} T-junctions healed"] if report.healed else []

@@ -324,9 +324,7 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
     corners = _rows("faces", faces, "iu", "(m, 3) integers")
     if len(corners) and (corners.min() < 0 or corners.max() >= len(own)):
         outside = np.flatnonzero(((corners < 0) | (corners >= len(own))).any(axis=1))
-        raise InputError(
-            f"faces {outside[:MOST_NAMED].tolist()} use points that are not there: there are {len(own)}"
-        )
+        raise InputError(f"faces {outside[:MOST_NAMED].tolist()} use points that are not there: there are {len(own)}")
     check_finite(own, corners)
     mesh = Mesh(
         name="mesh",

@@ -170,9 +170,7 @@ def triangulate(
     crossing, all_points, triangles, neighbours, point_of_input, pieces, counts = result
     if crossing is not None:
         first, second = crossing
-        raise TopologyError(
-            f"segments {first} and {second} cross: move them apart, or allow split_crossings", crossing
-        )
+        raise TopologyError(f"segments {first} and {second} cross: move them apart, or allow split_crossings", crossing)
     return Triangulation(
         all_points,
         triangles,

@@ -205,7 +205,6 @@ def _check_empty(result: Triangulation) -> None:
     if len(different) == 0:
         return
     first, second = (
-        np.ascontiguousarray(np.broadcast_to(result.points[i], result.points.shape))
-        for i in (0, different[0])
+        np.ascontiguousarray(np.broadcast_to(result.points[i], result.points.shape)) for i in (0, different[0])
     )
     _require(_core.orient2d(first, second, np.ascontiguousarray(result.points)) != 0, "no triangle at point")

@@ -47,9 +47,7 @@ class Boxes:
 
 def distance_to_triangles(points: Array, tree: Boxes) -> Array:
     """Distance of each point to the nearest triangle of a tree; a triangle may be a line segment."""
-    return np.concatenate(
-        [_nearest(points[i : i + 5000], tree) for i in range(0, len(points), 5000)] or [np.empty(0)]
-    )
+    return np.concatenate([_nearest(points[i : i + 5000], tree) for i in range(0, len(points), 5000)] or [np.empty(0)])
 
 
 def _nearest(points: Array, tree: Boxes) -> Array:
@@ -106,9 +104,7 @@ def _to_own_segment(p: Array, a: Array, b: Array) -> Array:
     way, base = p - a, b - a
     square = _dot(base, base)
     t = np.clip(np.divide(_dot(way, base), square, out=np.zeros(len(p)), where=square > 0), 0, 1)
-    return np.minimum(
-        np.linalg.norm(way - t[:, None] * base, axis=1), np.linalg.norm(p - b, axis=1)
-    )
+    return np.minimum(np.linalg.norm(way - t[:, None] * base, axis=1), np.linalg.norm(p - b, axis=1))
 
 
 def _across(way: Array, base: Array) -> Array:

@@ -62,9 +62,10 @@ def direction(a: Point, b: Point, m: Point) -> int:
 
 def lies_between(a: Point, b: Point, m: Point) -> bool:
     """Formulas (2) and (3) for m on the line a-b, made right for edges parallel to an axis."""
-    return all(
-        min(p, q) < x < max(p, q) if p != q else x == p for p, q, x in zip(a, b, m, strict=True)
-    ) and m not in (a, b)
+    return all(min(p, q) < x < max(p, q) if p != q else x == p for p, q, x in zip(a, b, m, strict=True)) and m not in (
+        a,
+        b,
+    )
 
 
 class Net:
@@ -254,9 +255,7 @@ def dot(u: Sequence[Fraction], v: Sequence[Fraction]) -> Fraction:
 
 def orient(points: Sequence[Vector], triangles: Iterable[Triangle], facet_normal: Vector) -> list[Triangle]:
     """Swap the first and the third edge of every triangle whose normal opposes its facet's."""
-    return [
-        (a, c, b) if dot(normal(points, (a, b, c)), facet_normal) < 0 else (a, b, c) for a, b, c in triangles
-    ]
+    return [(a, c, b) if dot(normal(points, (a, b, c)), facet_normal) < 0 else (a, b, c) for a, b, c in triangles]
 
 
 # 8. Vertex normals.

@@ -122,9 +122,7 @@ def _split_face(mesh: Shape, rng: Random) -> Shape:
     a, b, c = faces[at]
     new = len(points)
     inside = points[a] / 2 + points[b] / 4 + points[c] / 4
-    return shape(
-        np.vstack([points, inside]), [*np.delete(faces, at, axis=0), [a, b, new], [b, c, new], [c, a, new]]
-    )
+    return shape(np.vstack([points, inside]), [*np.delete(faces, at, axis=0), [a, b, new], [b, c, new], [c, a, new]])
 
 
 # Spoils

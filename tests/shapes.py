@@ -74,9 +74,7 @@ def off_text(points: Any, polygons: Any) -> str:
     return "\n".join(lines) + "\n"
 
 
-def ply_bytes(
-    points: Any, polygons: Any, *, kind: str = "float", encoding: str = "binary_little_endian"
-) -> bytes:
+def ply_bytes(points: Any, polygons: Any, *, kind: str = "float", encoding: str = "binary_little_endian") -> bytes:
     """A PLY file of polygons."""
     points = np.asarray(points, float)
     head = f"ply\nformat {encoding} 1.0\ncomment made by a test\nelement vertex {len(points)}\n"
@@ -149,9 +147,7 @@ class Gltf:
         self.json["scenes"][0]["nodes"].append(len(self.json["nodes"]) - 1)
         return number
 
-    def box(
-        self, *, size: float = 2.0, shift: float = 0.0, fine: bool = False, **attributes: int
-    ) -> dict[str, Any]:
+    def box(self, *, size: float = 2.0, shift: float = 0.0, fine: bool = False, **attributes: int) -> dict[str, Any]:
         """A primitive that is a box."""
         points, faces = fine_box(size=size, shift=shift) if fine else box(size, shift)
         indices = self.accessor(faces.reshape(-1), "u2")
@@ -167,20 +163,13 @@ class Gltf:
         text = json.dumps(json_).encode()
         text += b" " * (-len(text) % 4)
         body = bytes(self.data) + b"\0" * (-len(self.data) % 4)
-        chunks = (
-            struct.pack("<II", len(text), 0x4E4F534A)
-            + text
-            + struct.pack("<II", len(body), 0x004E4942)
-            + body
-        )
+        chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(body), 0x004E4942) + body
         return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
     def gltf(self, uri: str | None = None) -> bytes:
         """The document as text, its buffer at a URI or inside."""
         inside = "data:application/octet-stream;base64," + base64.b64encode(bytes(self.data)).decode()
-        return json.dumps(
-            {**self.json, "buffers": [{"byteLength": len(self.data), "uri": uri or inside}]}
-        ).encode()
+        return json.dumps({**self.json, "buffers": [{"byteLength": len(self.data), "uri": uri or inside}]}).encode()
 
 
 def glb_parts(data: bytes) -> tuple[dict[str, Any], bytes]:

@@ -314,9 +314,7 @@ def staircase(steps: int = 6, height: float = 0.5) -> Shape:
 
 def crossing_squares() -> Shape:
     """Two squares that cross without sharing a point."""
-    return of_polygons(
-        [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)], [(0, 1, -1), (2, 1, -1), (2, 1, 1), (0, 1, 1)]
-    )
+    return of_polygons([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)], [(0, 1, -1), (2, 1, -1), (2, 1, 1), (0, 1, 1)])
 
 
 def collinear_triangle() -> Shape:
@@ -381,9 +379,7 @@ def subdivided(mesh: Shape, rounds: int = 1) -> Shape:
         unique, edge_of = np.unique(edges, axis=0, return_inverse=True)
         p, q, r = (len(points) + edge_of.reshape(-1, 3)).T
         points = np.concatenate([points, (points[unique[:, 0]] + points[unique[:, 1]]) / 2])
-        faces = np.concatenate(
-            [np.stack(f, axis=1) for f in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))]
-        )
+        faces = np.concatenate([np.stack(f, axis=1) for f in ((a, p, r), (p, b, q), (r, q, c), (p, q, r))])
     return shape(points, faces)
 
 

@@ -255,9 +255,7 @@ class TestUnfinished:
             row.input_mtime_ns += 1
         for row in rows[10:20]:
             row.input_bytes += 1
-        left = resume.unfinished(
-            tasks, resume.finished(iter(rows), Options()), "/out", verify=False, jobs=2
-        )
+        left = resume.unfinished(tasks, resume.finished(iter(rows), Options()), "/out", verify=False, jobs=2)
         assert {each.name for each in left} == {each.name for each in [*tasks[:20], *tasks[990:]]}
         assert counted == {"looked": 990, "hashed": 10}
 

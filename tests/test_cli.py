@@ -23,17 +23,13 @@ COMMAND = [sys.executable, "-c", "import sys; from bldsimp.cli import main; sys.
 
 
 def run(*arguments: object, stdin: bytes = b"", **options) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run(
-        [*COMMAND, *map(str, arguments)], input=stdin, capture_output=True, timeout=60, **options
-    )
+    return subprocess.run([*COMMAND, *map(str, arguments)], input=stdin, capture_output=True, timeout=60, **options)
 
 
 def shell(redirection: str, words: list[str], folder: Path) -> subprocess.CompletedProcess[bytes]:
     """Run with a stream redirected as only a shell can."""
     script = f'exec "$@" {redirection}'
-    return subprocess.run(
-        ["sh", "-c", script, "sh", *COMMAND, *words], cwd=folder, capture_output=True, timeout=60
-    )
+    return subprocess.run(["sh", "-c", script, "sh", *COMMAND, *words], cwd=folder, capture_output=True, timeout=60)
 
 
 @pytest.fixture
@@ -172,10 +168,7 @@ class TestSimplify:
         assert b"little could be dropped" in run("simplify", source, tmp_path / "a.obj").stderr
         points, faces = open_cone()
         source = write(tmp_path / "far.ply", ply_bytes(points + 5_000_000.0, faces))
-        assert (
-            b"coarser than the tolerance; --tolerance 2 may"
-            in run("simplify", source, tmp_path / "b.ply").stderr
-        )
+        assert b"coarser than the tolerance; --tolerance 2 may" in run("simplify", source, tmp_path / "b.ply").stderr
 
     def test_same_bytes_twice_and_nothing_more_the_second_time(self, house: Path, tmp_path: Path) -> None:
         for name in ("a.glb", "b.glb"):
@@ -256,9 +249,7 @@ class TestFailure:
             ("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "not finite"),
         ],
     )
-    def test_unreadable_input(
-        self, tmp_path: Path, name: str, content: str | bytes | None, told: str
-    ) -> None:
+    def test_unreadable_input(self, tmp_path: Path, name: str, content: str | bytes | None, told: str) -> None:
         if content is not None:
             write(tmp_path / name, content)
         before = names(tmp_path)
@@ -279,9 +270,7 @@ class TestFailure:
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
-        one_error(
-            run("simplify", house, old, "--overwrite", preexec_fn=limit), 1, "out.obj", "cannot be written"
-        )
+        one_error(run("simplify", house, old, "--overwrite", preexec_fn=limit), 1, "out.obj", "cannot be written")
         assert old.read_bytes() == b"old"
         assert names(tmp_path) == ["house.obj", "out.obj"]
 
@@ -347,9 +336,7 @@ class TestStreams:
             (["simplify", "-", "out.obj", "--from", "obj"], "<&-"),
         ],
     )
-    def test_closed_where_needed(
-        self, house: Path, tmp_path: Path, arguments: list[str], closed: str
-    ) -> None:
+    def test_closed_where_needed(self, house: Path, tmp_path: Path, arguments: list[str], closed: str) -> None:
         words = [str(house) if word == "IN" else word for word in arguments]
         result = shell(closed, words, tmp_path)
         one_error(result, 1, "standard input is closed" if "<" in closed else "standard output is closed")
@@ -399,11 +386,7 @@ class TestInspect:
         result = run("inspect", house)
         assert result.returncode == 0
         assert result.stderr == b""
-        words = {
-            line[2:20].strip(): line[20:]
-            for line in result.stdout.decode().splitlines()
-            if line.startswith("  ")
-        }
+        words = {line[2:20].strip(): line[20:] for line in result.stdout.decode().splitlines() if line.startswith("  ")}
         expected = {"points": "98", "triangles": "192", "facets": "6", "open edges": "0", "watertight": "yes"}
         assert {key: words[key] for key in expected} == expected
 

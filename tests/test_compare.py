@@ -46,9 +46,7 @@ def house(tmp_path: Path) -> Path:
 @pytest.fixture(scope="module")
 def of_data(data: Path) -> list[Comparison]:
     """Both buildings at a tolerance that loses nothing, and at one that does."""
-    return [
-        compare_file(data / name, "obj", name, ["auto", "0.1%"]) for name in ("building_a.obj", "building_b.obj")
-    ]
+    return [compare_file(data / name, "obj", name, ["auto", "0.1%"]) for name in ("building_a.obj", "building_b.obj")]
 
 
 def rows_of(text: str) -> list[dict[str, str]]:
@@ -176,9 +174,7 @@ class TestDecimator:
         shared = Decimator(Judge(start), counted)
         both = [shared.fewest_points(limit) for limit in (1e-3, 0.2, 1e-3)]
         alone = [Decimator(Judge(start), tool).fewest_points(limit) for limit in (1e-3, 0.2)]
-        assert [len(found.surface.points) for found in both] == [
-            len(alone[k].surface.points) for k in (0, 1, 0)
-        ]
+        assert [len(found.surface.points) for found in both] == [len(alone[k].surface.points) for k in (0, 1, 0)]
         assert both[0].deviation == alone[0].deviation <= 1e-3
         repeated = len(asked) - len(set(asked))
         assert repeated <= 6

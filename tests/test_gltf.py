@@ -59,9 +59,7 @@ class TestRead:
         points, faces = box(1000)
         document.json["extensionsUsed"] = ["KHR_mesh_quantization"]
         position = document.accessor(points, "u2")
-        document.mesh(
-            {"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")}
-        )
+        document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
         mesh = read(document.glb(), "glb").meshes[0]
         assert mesh.points.max() == 1000.0
         assert spacing(mesh) == 1.0
@@ -77,9 +75,7 @@ class TestRead:
         view = document.json["accessors"][both]["bufferView"]
         document.json["bufferViews"][view]["byteStride"] = 16
         document.json["accessors"][both]["type"] = "VEC3"
-        document.mesh(
-            {"attributes": {"POSITION": both}, "indices": document.accessor(faces.reshape(-1), "u4")}
-        )
+        document.mesh({"attributes": {"POSITION": both}, "indices": document.accessor(faces.reshape(-1), "u4")})
         mesh = read(document.glb(), "glb").meshes[0]
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
 
@@ -102,17 +98,11 @@ class TestRead:
         number = document.mesh(document.box(), node={"scale": [3, 1, 1], "translation": [10, 0, 0]})
         half = np.sqrt(0.5)
         document.json["nodes"].append({"mesh": number, "rotation": [0, 0, half, half]})
-        document.json["nodes"].append(
-            {"children": [1], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]}
-        )
+        document.json["nodes"].append({"children": [1], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1]})
         document.json["scenes"][0]["nodes"].append(2)
         scene = read(document.glb(), "glb")
-        assert np.allclose(
-            scene.meshes[0].transforms[0], [[3, 0, 0, 10], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-        )
-        assert np.allclose(
-            scene.meshes[0].transforms[1], [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]]
-        )
+        assert np.allclose(scene.meshes[0].transforms[0], [[3, 0, 0, 10], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+        assert np.allclose(scene.meshes[0].transforms[1], [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]])
         assert diagonal(scene) == pytest.approx(np.sqrt(18**2 + 2**2 + 7**2))
         assert resolve_tolerance(scene, Tolerance(1.0, "percent")) == pytest.approx(diagonal(scene) / 100)
 

@@ -63,9 +63,7 @@ BROKEN = {
     "a buffer by a scheme": (lambda d: d.at("file:///etc/passwd"), "beneath the input's folder"),
     "a number that is none": (lambda d: d.json["nodes"][0].update(scale=[np.nan, 1, 1]), "holds NaN"),
     "nodes that scale without end": (
-        lambda d: d.json.update(
-            nodes=[{"children": [i + 1], "scale": [1e10] * 3} for i in range(40)] + [{"mesh": 0}]
-        ),
+        lambda d: d.json.update(nodes=[{"children": [i + 1], "scale": [1e10] * 3} for i in range(40)] + [{"mesh": 0}]),
         "beyond 1e100",
     ),
     "a buffer of a number": (lambda d: d.json.update(buffers=[{"uri": 7}]), "the URI of glTF buffer 0 is no text"),

@@ -27,9 +27,7 @@ class TestPatch:
         primitive = document.box(fine=True)
         primitive["material"] = 0
         primitive["extras"] = {"part": "walls"}
-        document.mesh(
-            primitive, name="house", extras={"id": 7}, node={"name": "at home", "translation": [1, 2, 3]}
-        )
+        document.mesh(primitive, name="house", extras={"id": 7}, node={"name": "at home", "translation": [1, 2, 3]})
         document.json.update(
             materials=[{"name": "brick", "extras": {"fire": False}}],
             cameras=[{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}],
@@ -162,40 +160,30 @@ class TestPatch:
         document = Gltf()
         document.json["extensionsUsed"] = ["KHR_mesh_quantization"]
         position = document.accessor(points * 1000 - 700, "i2")
-        document.mesh(
-            {"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")}
-        )
+        document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
         _, after = light_of(document.glb(), tmp_path / "out.glb", Options(tolerance=Tolerance(0.0, "length")))
         json_ = glb_parts(after)[0]
         accessor = json_["accessors"][json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]
         assert accessor["componentType"] == 5122
         assert json_["bufferViews"][accessor["bufferView"]]["byteStride"] == 8
         values = glb_values(after, json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
-        assert {tuple(row) for row in values.tolist()} == {
-            tuple(row) for row in (box()[0] * 1000 - 700).tolist()
-        }
+        assert {tuple(row) for row in values.tolist()} == {tuple(row) for row in (box()[0] * 1000 - 700).tolist()}
 
     def test_map_coordinates_are_identical(self, tmp_path: Path) -> None:
         for shift in (500_000.0, 5_000_000.0):
             document = Gltf()
             points, faces = fine_box(shift=shift)
             position = document.accessor(points)
-            document.mesh(
-                {"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")}
-            )
+            document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
             _, after = light_of(document.glb(), tmp_path / "out.glb")
             primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
             values = glb_values(after, primitive["attributes"]["POSITION"])
-            assert {tuple(row) for row in values.tolist()} <= {
-                tuple(row) for row in points.astype(np.float32).tolist()
-            }
+            assert {tuple(row) for row in values.tolist()} <= {tuple(row) for row in points.astype(np.float32).tolist()}
             assert len(values) == 8
 
     def test_unknown_extensions_stay_and_are_named(self, tmp_path: Path) -> None:
         document = Gltf()
-        document.mesh(
-            document.box(fine=True), node={"extensions": {"ACME_sign": {"accessor": 0, "text": "hello"}}}
-        )
+        document.mesh(document.box(fine=True), node={"extensions": {"ACME_sign": {"accessor": 0, "text": "hello"}}})
         document.json["extensionsUsed"] = ["ACME_sign"]
         options = Options()
         scene = read(document.glb(), "glb")
@@ -222,9 +210,7 @@ class TestPatch:
             assert uri.startswith("data:") != beside
             assert read(target, "gltf").meshes[0].points.shape == (8, 3)
 
-    def test_images_come_along_to_another_folder_and_go_into_a_glb(
-        self, tmp_path: Path, models: Path
-    ) -> None:
+    def test_images_come_along_to_another_folder_and_go_into_a_glb(self, tmp_path: Path, models: Path) -> None:
         source = models / "textured" / "kaykit_building_H" / "building_H.gltf"
         picture = (source.parent / "citybits_texture.png").read_bytes()
         scene = read(source, "gltf")

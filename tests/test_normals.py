@@ -125,8 +125,6 @@ class TestKept:
         assert np.allclose(found[7] * np.sqrt(3), np.sign(points[7] - 1.0), atol=0.05)
         assert np.array_equal(found[:7], points[:7] - 1.0)
 
-
-
     @pytest.mark.parametrize("sign", [1.0, -1.0])
     def test_normals_turn_with_faces_that_were_inside_out(self, tmp_path: Path, sign: float) -> None:
         points, faces = fine_box()

@@ -152,9 +152,7 @@ def test_pictures_of_the_docs_are_what_is_drawn_today(
     house = data / source
     subprocess.run([Path(sys.executable).parent / "bldsimp", "simplify", "-q", house, light], check=True)
     subprocess.run([sys.executable, ROOT / "examples" / script, house, light, drawn], check=True)
-    before, today = (
-        np.asarray(Image.open(path).convert("RGB"), np.int16) for path in (ROOT / "docs" / shown, drawn)
-    )
+    before, today = (np.asarray(Image.open(path).convert("RGB"), np.int16) for path in (ROOT / "docs" / shown, drawn))
     assert before.shape == today.shape
     # Palettes may differ a little between versions of Pillow; one diagonal more or less is some 0.02 %.
     assert (np.abs(before - today).max(axis=2) > 48).mean() < 1e-4

@@ -67,9 +67,7 @@ def test_near_degenerate_points():
     triples, quadruples = near_degenerate(2, 3, 2000), near_degenerate(2, 4, 1000)
     spatial = near_degenerate(3, 4, 1000)
     assert _core.orient2d(*columns(triples)).tolist() == [oracle.orient2d(*oracle.exact(t)) for t in triples]
-    assert _core.incircle(*columns(quadruples)).tolist() == [
-        oracle.incircle(*oracle.exact(q)) for q in quadruples
-    ]
+    assert _core.incircle(*columns(quadruples)).tolist() == [oracle.incircle(*oracle.exact(q)) for q in quadruples]
     assert _core.orient3d(*columns(spatial)).tolist() == [orient3d(*q) for q in spatial]
 
 
@@ -86,9 +84,7 @@ def test_grid_of_spacing_of_one_unit_in_the_last_place():
     """The classic picture: the filter fails all over a grid at (0.5, 0.5) seen from (12, 12), (24, 24)."""
     steps = 0.5 + np.arange(32) * 2.0**-53
     rows = [[(x, y), (12.0, 12.0), (24.0, 24.0)] for x in steps for y in steps]
-    assert _core.orient2d(*columns(rows)).tolist() == [
-        oracle.sign(Fraction(a[1]) - Fraction(a[0])) for a, _, _ in rows
-    ]
+    assert _core.orient2d(*columns(rows)).tolist() == [oracle.sign(Fraction(a[1]) - Fraction(a[0])) for a, _, _ in rows]
 
 
 @pytest.fixture(scope="module")
@@ -116,9 +112,7 @@ def test_poles_are_never_wrong_on_a_grid(grid_triples):
 
 def test_poles_agree_with_the_oracle(grid_triples):
     chosen = grid_triples[::7]
-    assert _core.direction_by_poles(*columns(chosen)).tolist() == [
-        oracle.direction_by_poles(*t) for t in chosen
-    ]
+    assert _core.direction_by_poles(*columns(chosen)).tolist() == [oracle.direction_by_poles(*t) for t in chosen]
 
 
 def test_neighbouring_quadrants_are_a_case_of_the_poles(grid_triples):

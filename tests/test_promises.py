@@ -52,9 +52,7 @@ def test_corners_alone_stay(name: str, tolerance: float | None) -> None:
     assert broken(case) == []
 
 
-@pytest.mark.parametrize(
-    "change", [solids.two_sided, solids.soup, solids.with_copies, solids.with_isolated_points]
-)
+@pytest.mark.parametrize("change", [solids.two_sided, solids.soup, solids.with_copies, solids.with_isolated_points])
 @pytest.mark.parametrize("name", ["box", "gabled_house", "frame", "plate_with_holes", "open_cone"])
 def test_corners_alone_stay_however_the_file_is_made(name: str, change) -> None:
     case = simplified(change(solids.subdivided(SHAPES[name](), 2)))
@@ -173,9 +171,7 @@ def test_moebius_band_is_left_as_it_is() -> None:
 
 
 @pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
-@pytest.mark.parametrize(
-    "harder", [as_it_is, solids.two_sided, solids.rotated], ids=lambda make: make.__name__
-)
+@pytest.mark.parametrize("harder", [as_it_is, solids.two_sided, solids.rotated], ids=lambda make: make.__name__)
 def test_every_face_still_looks_the_same_way(make, harder) -> None:
     case = simplified(harder(solids.subdivided(make())))
     if case.report.turned:

@@ -136,9 +136,7 @@ class TestObj:
         assert scene.warnings == ["2 faces with fewer than three distinct corners were left out"]
 
     def test_corner_forms_may_differ_within_a_file(self) -> None:
-        text = (
-            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1 2 3\nf 1//1 2//1 3//1\nf 1/1 3/1/1 4\n"
-        )
+        text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1 2 3\nf 1//1 2//1 3//1\nf 1/1 3/1/1 4\n"
         mesh = mesh_of(text, "obj")
         assert len(mesh.faces) == 3
         assert mesh.parts[0].attributes == ("TEXCOORD_0",)

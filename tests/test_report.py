@@ -31,9 +31,7 @@ def test_every_field_is_documented_and_no_other() -> None:
     told = {name for row in re.findall(r"^\| (`.*?) \|", table, re.M) for name in re.findall(r"`(\w+)`", row)}
     assert told == {field.name for field in fields(Report)}
     counts = DOCUMENT.split("Counts:")[1].split("\n\n`bldsimp inspect")[0]
-    told = {
-        name for row in re.findall(r"^\| (`.*?) \|", counts, re.M) for name in re.findall(r"`(\w+)`", row)
-    }
+    told = {name for row in re.findall(r"^\| (`.*?) \|", counts, re.M) for name in re.findall(r"`(\w+)`", row)}
     assert told == {field.name for field in fields(Counts)}
     rest = DOCUMENT.split("`bldsimp inspect")[1]
     names = {field.name for field in fields(Inspection)} - {"schema"}
@@ -54,15 +52,11 @@ def test_json_begins_with_the_schema_and_reads_back() -> None:
 
 
 def test_the_summary_tells_sizes_deviation_and_closure() -> None:
-    text = summary(
-        report(rungs={"simplified": 40, "points_put_back": 2}, facets=42, reasons={"clash": 2}, turned=3)
-    )
+    text = summary(report(rungs={"simplified": 40, "points_put_back": 2}, facets=42, reasons={"clash": 2}, turned=3))
     assert "points 1,000 -> 100, triangles 2,000 -> 196, 100 kB -> 4 kB" in text
     assert "deviation at most 0.005 (tolerance 0.01" in text
     assert "watertight" in text
-    assert (
-        "42: 40 simplified, 2 points put back; kept because: edges would be laid on one another (2)" in text
-    )
+    assert "42: 40 simplified, 2 points put back; kept because: edges would be laid on one another (2)" in text
     assert "3 faces turned" in text
     assert "note" not in text
     opened = summary(report(after=Counts(100, 100, 196, False)))

@@ -84,9 +84,7 @@ def test_wrapping() -> None:
 def test_colours_pictures_and_occlusion_multiply() -> None:
     grey = np.full((1, 1, 4), 0.5)
     grey[..., 3] = 1.0
-    plain, all_of_it = Material(), Material(
-        colour=(0.8, 0.4, 0.2, 1.0), picture=Texture(grey), occlusion=Texture(grey)
-    )
+    plain, all_of_it = Material(), Material(colour=(0.8, 0.4, 0.2, 1.0), picture=Texture(grey), occlusion=Texture(grey))
     bright, dim = (from_side(wall(material), 0.0)[32, 32] for material in (plain, all_of_it))
     np.testing.assert_allclose(dim, bright * [0.2, 0.1, 0.05], rtol=1e-6)
 

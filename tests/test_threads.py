@@ -37,9 +37,7 @@ NEEDS_TWO = pytest.mark.skipif(
 @NEEDS_TWO
 @pytest.mark.parametrize("options", [(), ("--tolerance", "0.5%")], ids=["auto", "wide"])
 @pytest.mark.parametrize("name", ["building_a.obj", "building_b.glb"])
-def test_the_number_of_cores_leaves_no_trace(
-    name: str, options: tuple[str, ...], data: Path, tmp_path: Path
-) -> None:
+def test_the_number_of_cores_leaves_no_trace(name: str, options: tuple[str, ...], data: Path, tmp_path: Path) -> None:
     suffix = Path(name).suffix
     one = simplified(data / name, tmp_path / f"one{suffix}", "one", *options)
     assert one == simplified(data / name, tmp_path / f"all{suffix}", "all", *options)

@@ -18,9 +18,7 @@ def test_square_with_a_hole():
 
 
 def test_island_in_a_hole():
-    result = checked(
-        *rings(SQUARE, [(1, 1), (3, 1), (3, 3), (1, 3)], [(1.5, 1.5), (2.5, 1.5), (2.5, 2.5), (1.5, 2.5)])
-    )
+    result = checked(*rings(SQUARE, [(1, 1), (3, 1), (3, 3), (1, 3)], [(1.5, 1.5), (2.5, 1.5), (2.5, 2.5), (1.5, 2.5)]))
     assert area(result) == 13.0
 
 
@@ -205,10 +203,7 @@ def test_segments_that_meet_in_a_point_do_not_cross():
 
 def broken(**changes) -> Triangulation:
     result = triangulate([(0, 0), (4, 0), (9, 9), (0, 4)], ring(0, 4))
-    values = {
-        name: np.copy(value) if isinstance(value, np.ndarray) else value
-        for name, value in vars(result).items()
-    }
+    values = {name: np.copy(value) if isinstance(value, np.ndarray) else value for name, value in vars(result).items()}
     return Triangulation(**{**values, **{name: change(values[name]) for name, change in changes.items()}})
 
 

@@ -70,8 +70,7 @@ def read_polygons(path: Path) -> dict[str, list[list[list[float]]]]:
     for name in words:
         next(words), next(words)
         polygons[name] = [
-            [[float(next(words)), float(next(words))] for _ in range(int(next(words)))]
-            for _ in range(int(next(words)))
+            [[float(next(words)), float(next(words))] for _ in range(int(next(words)))] for _ in range(int(next(words)))
         ]
     return polygons
 

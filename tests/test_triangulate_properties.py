@@ -84,8 +84,7 @@ def test_agrees_with_the_oracle_without_ties():
 def test_oracle_turns_triangles_and_finds_normals():
     """Steps 7 and 8 of the article, on a roof of two facets."""
     points = [
-        tuple(map(oracle.Fraction, p))
-        for p in [(0, 0, 0), (2, 0, 0), (0, 1, 1), (2, 1, 1), (0, 2, 0), (2, 2, 0)]
+        tuple(map(oracle.Fraction, p)) for p in [(0, 0, 0), (2, 0, 0), (0, 1, 1), (2, 1, 1), (0, 2, 0), (2, 2, 0)]
     ]
     south = oracle.orient(points, [(0, 1, 3), (0, 2, 3)], (0, -1, 1))
     north = oracle.orient(points, [(2, 3, 5), (4, 2, 5)], (0, 1, 1))
@@ -112,9 +111,7 @@ def graphs(draw):
 @given(graphs(), st.booleans())
 def test_any_graph(graph, carve):
     points, segments = graph
-    pairs = [
-        (i, j) for i in range(len(segments)) for j in range(i) if cross(points, segments[i], segments[j])
-    ]
+    pairs = [(i, j) for i in range(len(segments)) for j in range(i) if cross(points, segments[i], segments[j])]
     if pairs:
         with pytest.raises(TopologyError) as caught:
             triangulate(points, segments, carve=carve)

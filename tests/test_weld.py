@@ -46,9 +46,7 @@ def test_a_report_of_no_crack_is_true(seed: int, carried: tuple[tuple[str, ...],
     assert surface.watertight is (carried != (("vt",), ("vt",)))
     for number, names in enumerate(carried):
         if names:
-            assert np.array_equal(
-                light.faces[light.part_of_face == number], mesh.faces[mesh.part_of_face == number]
-            )
+            assert np.array_equal(light.faces[light.part_of_face == number], mesh.faces[mesh.part_of_face == number])
 
 
 @pytest.mark.parametrize("seed", range(4))

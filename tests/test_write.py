@@ -134,8 +134,7 @@ class TestCounts:
     def test_points_that_fall_together_are_told(self, tmp_path: Path) -> None:
         written = light(write(tmp_path / "in.obj", obj_text(*two_boxes(5e6))), tmp_path / "out.stl")
         assert written.warnings[0] == (
-            "4 points fell together in the single precision of STL: 12 are left,"
-            " with 0 open and 5 non-manifold edges"
+            "4 points fell together in the single precision of STL: 12 are left, with 0 open and 5 non-manifold edges"
         )
 
     def test_of_instances_the_worst_counts_once(self, tmp_path: Path) -> None:
@@ -264,9 +263,7 @@ class TestConversion:
         json_ = glb_parts((tmp_path / "out.glb").read_bytes())[0]
         primitives = json_["meshes"][0]["primitives"]
         assert [p["extras"]["name"] for p in primitives] == ["brick", "tiles"]
-        colors = [
-            json_["materials"][p["material"]]["pbrMetallicRoughness"]["baseColorFactor"] for p in primitives
-        ]
+        colors = [json_["materials"][p["material"]]["pbrMetallicRoughness"]["baseColorFactor"] for p in primitives]
         assert colors == [[0.5, 0.25, 0.0, 1.0], [1.0, 0.0, 0.0, 0.5]]
         assert primitives[0]["attributes"] == primitives[1]["attributes"]
 
@@ -278,9 +275,7 @@ class TestConversion:
 
 
 class TestTarget:
-    def test_nothing_is_left_over_and_the_old_file_stays_where_writing_fails(
-        self, tmp_path: Path, monkeypatch
-    ) -> None:
+    def test_nothing_is_left_over_and_the_old_file_stays_where_writing_fails(self, tmp_path: Path, monkeypatch) -> None:
         old = write(tmp_path / "out.bin", b"old")
 
         def full(*_: object) -> None:

@@ -259,8 +259,14 @@ class Remote:
 
 def _remote_entry(name: str, information: dict[str, Any]) -> Entry:
     """An entry of what a file system tells; each names the time in its own way."""
-    changed = next((information[key] for key in ("mtime", "LastModified", "last_modified", "updated", "created")
-                    if information.get(key) is not None), 0)
+    changed = next(
+        (
+            information[key]
+            for key in ("mtime", "LastModified", "last_modified", "updated", "created")
+            if information.get(key) is not None
+        ),
+        0,
+    )
     seconds = changed.timestamp() if hasattr(changed, "timestamp") else changed
     return Entry(name, int(information.get("size") or 0), int(float(seconds) * 1e9) if _is_number(seconds) else 0)
 

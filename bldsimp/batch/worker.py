@@ -55,9 +55,7 @@ class Worker:
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
 
-    def run(
-        self, order: Order, timeout: float | None, stopping: Callable[[], bool]
-    ) -> Iterator[tuple[Task, Row]]:
+    def run(self, order: Order, timeout: float | None, stopping: Callable[[], bool]) -> Iterator[tuple[Task, Row]]:
         """Have an order done.
 
         Parameters

@@ -194,9 +194,7 @@ def _skip(todo: Plan, log: Manifest, root: str, options: Options, wishes: Wishes
     from ..batch.run import clear
 
     if not log.empty:
-        left = unfinished(
-            todo.tasks, finished(log.rows(), options), root, verify=wishes.verify, jobs=wishes.jobs
-        )
+        left = unfinished(todo.tasks, finished(log.rows(), options), root, verify=wishes.verify, jobs=wishes.jobs)
         totals.skipped = len(todo.tasks) - len(left)
         todo.tasks = left
         clear(todo)

@@ -120,9 +120,7 @@ class Contest:
         if not self.judge.has_border:
             # There is nothing to preserve: the same runs, which are most of the time on a large mesh.
             self._decimators[BORDER] = self._decimators[PLAIN]
-        self._asked = {
-            peer.name: Decimator(self.judge, peer.decimate, most=peer.most) for peer in peers
-        }
+        self._asked = {peer.name: Decimator(self.judge, peer.decimate, most=peer.most) for peer in peers}
 
     @cached_property
     def original(self) -> Row:

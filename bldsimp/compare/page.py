@@ -347,7 +347,7 @@ def table_row(row: Row, base: int | None, number: int | None, first: int) -> str
         name = f'<label><input type="radio" name="row">{escape(row.method)}</label>'
         chosen = f' data-row="{number}"' + (" data-first" if number == first else "")
     cells = "".join(f"<td>{value}</td>" for value in values)
-    return f'<tr{chosen}><td>{name}{note}</td>{cells}</tr>'
+    return f"<tr{chosen}><td>{name}{note}</td>{cells}</tr>"
 
 
 def cell(row: Row, base: int | None, key: str) -> str:

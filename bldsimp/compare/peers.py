@@ -80,9 +80,7 @@ def _meshoptimizer(module: Any, points: Points, faces: Faces, target: int) -> Ar
 
 def _open3d(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
     """Quadric decimation."""
-    mesh = module.geometry.TriangleMesh(
-        module.utility.Vector3dVector(points), module.utility.Vector3iVector(faces)
-    )
+    mesh = module.geometry.TriangleMesh(module.utility.Vector3dVector(points), module.utility.Vector3iVector(faces))
     left = mesh.simplify_quadric_decimation(target)
     return np.asarray(left.vertices), np.asarray(left.triangles)
 

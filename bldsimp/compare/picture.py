@@ -159,9 +159,7 @@ class Camera:
         used = view.points[np.unique(view.faces)]
         low, high = used.min(axis=0), used.max(axis=0)
         azimuth, elevation = np.radians([style.azimuth, style.elevation])
-        toward = np.array(
-            [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)]
-        )
+        toward = np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
         right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
         axes = np.stack([right, np.cross(toward, right), toward])
         distance = style.distance * float(np.linalg.norm(high - low))
@@ -253,9 +251,7 @@ def nearest_faces(corners: Floats, columns: int, rows: int) -> Integers:
     owner = np.full(columns * rows, -1, dtype=np.int64)
     faces = np.flatnonzero(counts)
     ends = np.cumsum(counts[faces])
-    for batch in np.split(
-        faces, np.searchsorted(ends, np.arange(BATCH, ends[-1] if len(ends) else 0, BATCH))
-    ):
+    for batch in np.split(faces, np.searchsorted(ends, np.arange(BATCH, ends[-1] if len(ends) else 0, BATCH))):
         if len(batch):
             draw(corners, batch, first, spans, columns, nearness, owner)
     return owner
@@ -321,9 +317,7 @@ def write_caption(sheet: Image, caption: str, middle: float, top: int) -> None:
     pen = ImageDraw.Draw(sheet)
     for k, line in enumerate(caption.splitlines()[:2]):
         font = ImageFont.load_default(size=(30, 22)[k])
-        pen.text(
-            (middle, top + (6, 46)[k]), line, fill=((30, 36, 44), (90, 98, 108))[k], font=font, anchor="ma"
-        )
+        pen.text((middle, top + (6, 46)[k]), line, fill=((30, 36, 44), (90, 98, 108))[k], font=font, anchor="ma")
 
 
 def to_levels(colour: Floats) -> NDArray[np.uint8]:

@@ -26,18 +26,14 @@ _SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "ima
 
 def media_type(data: bytes) -> str:
     """Media type of an image, by its first bytes."""
-    return next(
-        (kind for magic, kind in _MEDIA.items() if data.startswith(magic)), "application/octet-stream"
-    )
+    return next((kind for magic, kind in _MEDIA.items() if data.startswith(magic)), "application/octet-stream")
 
 
 def _missing(kind: str, name: str) -> str:
     return f"the {kind} '{name[:80]}' is no file beneath the input's folder"
 
 
-def copies(
-    json_: dict[str, Any], source: Path | None, target: Path, warnings: list[str]
-) -> dict[Path, bytes]:
+def copies(json_: dict[str, Any], source: Path | None, target: Path, warnings: list[str]) -> dict[Path, bytes]:
     """Images and buffers that a document names, for the folder that it moves to.
 
     Each keeps its name and its folder there. A reference out of the folder is made relative to the new one instead.

@@ -105,9 +105,7 @@ class Document:
         if count < 0:
             raise InputError(f"glTF accessor {index} has a negative count: the file is damaged")
         if "bufferView" in accessor:
-            values = self._strided(
-                accessor["bufferView"], accessor.get("byteOffset", 0), kind, (count, width)
-            )
+            values = self._strided(accessor["bufferView"], accessor.get("byteOffset", 0), kind, (count, width))
         else:
             values = np.zeros((count, width), kind)
         sparse = accessor.get("sparse")
@@ -115,9 +113,7 @@ class Document:
             values = values.copy()
             places, changes = self._sparse(sparse, kind, width, index)
             if len(places) and int(places.max()) >= count:
-                raise InputError(
-                    f"glTF accessor {index} has a sparse index out of range: the file is damaged"
-                )
+                raise InputError(f"glTF accessor {index} has a sparse index out of range: the file is damaged")
             values[places] = changes
         return values
 
@@ -274,9 +270,7 @@ def _buffer(entry: dict[str, Any], number: int, binary: bytes | None, beside: Be
             # A place to unpack to, without data of its own.
             return b""
         else:
-            raise InputError(
-                f"glTF buffer {number} has neither a URI nor a binary chunk: the file is damaged"
-            )
+            raise InputError(f"glTF buffer {number} has neither a URI nor a binary chunk: the file is damaged")
     else:
         found = data_uri(uri) if uri.startswith("data:") else beside(unquote(uri))
     if found is None and uri.startswith("data:"):

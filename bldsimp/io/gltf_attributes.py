@@ -51,9 +51,7 @@ def fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tu
     return tuple(dict.fromkeys(found))
 
 
-def attributes(
-    document: Document, rows: list[Rows], mesh: Mesh, texels: list[dict[int, Texels]]
-) -> list[Attribute]:
+def attributes(document: Document, rows: list[Rows], mesh: Mesh, texels: list[dict[int, Texels]]) -> list[Attribute]:
     """All that the rows of a mesh carry, but for what belongs to a skin.
 
     Parameters

@@ -41,9 +41,7 @@ class Body:
     views: list[NewView] = field(default_factory=list)
     _numbers: dict[tuple[str, bytes], int] = field(default_factory=dict)
 
-    def add_vertices(
-        self, values: NDArray[Any], *, normalized: bool = False, bounds: bool = False, **more: Any
-    ) -> int:
+    def add_vertices(self, values: NDArray[Any], *, normalized: bool = False, bounds: bool = False, **more: Any) -> int:
         """Add a vertex attribute; with `bounds`, its exact least and greatest values are stored.
 
         Members of the accessor that are not told by its values, such as its name, may be given.

@@ -183,9 +183,7 @@ def _unit(value: float) -> float:
     return min(max(float(value), 0.0), 1.0)
 
 
-def _add_mesh(
-    json_: dict[str, Any], body: Body, pictures: Pictures, one: Sheet, origin: np.ndarray[Any, Any]
-) -> int:
+def _add_mesh(json_: dict[str, Any], body: Body, pictures: Pictures, one: Sheet, origin: np.ndarray[Any, Any]) -> int:
     """Add a mesh of all parts that have faces; the number of its vertices."""
     entry: dict[str, Any] = {"primitives": []}
     if one.name:
@@ -198,13 +196,10 @@ def _add_mesh(
     for names, group in there.items():
         faces = [own for _, own in group]
         columns = _columns(one, np.concatenate(faces).reshape(-1), origin, names)
-        first, inverse = distinct_rows(
-            np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1)
-        )
+        first, inverse = distinct_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
         vertices += len(first)
         attributes = {
-            name: body.add_vertices(values[first], bounds=name == "POSITION")
-            for name, values in columns.items()
+            name: body.add_vertices(values[first], bounds=name == "POSITION") for name, values in columns.items()
         }
         start = 0
         for number, own in group:

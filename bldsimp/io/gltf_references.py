@@ -29,9 +29,7 @@ _KNOWN = {
 def unknown_extensions(json_: dict[str, Any]) -> list[str]:
     """Extensions that may name accessors or buffer views in ways that are not known here."""
     return sorted(
-        name
-        for name in json_.get("extensionsUsed", [])
-        if name not in _KNOWN and not name.startswith(_HARMLESS)
+        name for name in json_.get("extensionsUsed", []) if name not in _KNOWN and not name.startswith(_HARMLESS)
     )
 
 

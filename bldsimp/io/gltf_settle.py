@@ -34,9 +34,7 @@ def settle(
     kept = {container[key] for container, key in accessor_slots(json_) if container[key] >= 0}
     dropped = sorted(replaced - kept)
     old = json_.get("accessors", [])
-    freed_views = {
-        container[key] for number in dropped for container, key in accessor_view_slots(old[number])
-    }
+    freed_views = {container[key] for number in dropped for container, key in accessor_view_slots(old[number])}
     numbers = _merged(len(old), dropped, len(body.accessors), bool(unknown_extensions(json_)))
     for container, key in list(accessor_slots(json_)):
         container[key] = numbers[container[key]]

@@ -55,9 +55,7 @@ def unpacked(document: Document, warnings: list[str]) -> Document:
     ]
     json_["buffers"] += [{"byteLength": len(data)} for data in made.buffers]
     warnings.append(f"the file is compressed ({', '.join(used)}); what is written as glTF is not")
-    return dataclasses.replace(
-        document, json=json_, buffers=[*document.buffers, *made.buffers], unpacked=tuple(used)
-    )
+    return dataclasses.replace(document, json=json_, buffers=[*document.buffers, *made.buffers], unpacked=tuple(used))
 
 
 class _Made:

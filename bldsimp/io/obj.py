@@ -135,9 +135,7 @@ def _warn_of_rest(keys: NDArray[np.bytes_], warnings: list[str]) -> None:
             warnings.append(f"{count:,} OBJ lines that start with '{text}' were left out")
 
 
-def _positions(
-    lines: list[bytes], warnings: list[str]
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def _positions(lines: list[bytes], warnings: list[str]) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     """Positions, and colours where six or seven numbers follow a `v`."""
     if not lines:
         return np.empty((0, 3)), None
@@ -145,9 +143,7 @@ def _positions(
     if np.isnan(values).any() or values.shape[1] not in (3, 4, 6, 7):
         values, sizes = ragged(lines)
         if sizes.min() < 3:
-            raise InputError(
-                f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates"
-            )
+            raise InputError(f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates")
     width = values.shape[1]
     if width in (4, 7):
         weights = values[:, 3]
@@ -195,9 +191,7 @@ def _corners(lines: list[bytes]) -> tuple[Index, Index]:
     return sizes, triples
 
 
-def _absolute(
-    triples: Index, sizes: Index, where_faces: Index, keys: NDArray[np.bytes_], counts: list[int]
-) -> None:
+def _absolute(triples: Index, sizes: Index, where_faces: Index, keys: NDArray[np.bytes_], counts: list[int]) -> None:
     """Make numbers count from 0, in place, with -1 for those left out; refuse those out of range."""
     for column, key in enumerate((b"v", b"vt", b"vn")):
         numbers_ = triples[:, column]
@@ -234,9 +228,7 @@ def _rows(triples: Index, count: int) -> tuple[Index, Index]:
     return triples[first], inverse
 
 
-def _states(
-    lines: list[bytes], keys: NDArray[np.bytes_], where_faces: Index
-) -> tuple[list[State], NDArray[np.int32]]:
+def _states(lines: list[bytes], keys: NDArray[np.bytes_], where_faces: Index) -> tuple[list[State], NDArray[np.int32]]:
     """The distinct states that faces are in, and the state of each face."""
     where = np.flatnonzero(np.isin(keys, _STATE))
     words = dict(zip(_STATE, ("object", "group", "material", "smoothing"), strict=True))

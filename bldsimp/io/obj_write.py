@@ -102,9 +102,7 @@ def _missing_as_nan(normals: NDArray[np.float64] | None) -> NDArray[np.float64] 
     return np.where(absent, np.nan, normals)
 
 
-def _faces(
-    one: Sheet, columns: list[Index | None], text: Text, state: State, names: dict[Material, str]
-) -> State:
+def _faces(one: Sheet, columns: list[Index | None], text: Text, state: State, names: dict[Material, str]) -> State:
     """Write the faces part by part, and the lines that tell the parts."""
     words = np.array(_corners(columns), object).reshape(-1, 3)
     order = np.argsort(one.part, kind="stable")

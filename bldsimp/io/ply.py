@@ -76,9 +76,7 @@ def read_ply(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     """
     encoding, elements, start, textures = _header(data)
     columns = (
-        text_columns(data[start:], elements)
-        if encoding == "ascii"
-        else binary_columns(data, start, encoding, elements)
+        text_columns(data[start:], elements) if encoding == "ascii" else binary_columns(data, start, encoding, elements)
     )
     _name_rest(elements, warnings)
     if "vertex" not in columns or not {"x", "y", "z"} <= columns["vertex"].scalars.keys():
@@ -186,9 +184,7 @@ def _with_wedges(
     return {key: column[corners[first]] for key, column in vertex.items()}, inverse.astype(np.int32), uv[first]
 
 
-def _parts(
-    face: dict[str, NDArray[Any]], textures: list[str], count: int
-) -> tuple[list[Part], NDArray[np.int32]]:
+def _parts(face: dict[str, NDArray[Any]], textures: list[str], count: int) -> tuple[list[Part], NDArray[np.int32]]:
     """A part for each texture that faces have, and the part of each face."""
     materials = [Material(file_stem(name), texture=name) for name in textures]
     if not materials or "texnumber" not in face:

@@ -49,9 +49,7 @@ def binary_columns(data: bytes, place: int, encoding: str, elements: list[Elemen
     for element in elements:
         if not element.rows or not element.properties:
             sizes = [_even_lengths(element, 0)] if element.properties else []
-            columns[element.name] = (
-                _split(np.zeros(0, np.dtype(sizes[0])), element) if sizes else Columns({}, {})
-            )
+            columns[element.name] = _split(np.zeros(0, np.dtype(sizes[0])), element) if sizes else Columns({}, {})
             continue
         found = _even_rows(data, place, order, element)
         if found is None:

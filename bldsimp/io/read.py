@@ -76,9 +76,7 @@ def _fill(scene: Scene, data: bytes, folder: Folder) -> None:
         except (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
             # JSON may hold anything anywhere; what the format does not foresee ends here.
             what = f"{type(error).__name__}: {error}"
-            raise InputError(
-                f"the glTF JSON is not as the format asks ({what}): the file is damaged"
-            ) from error
+            raise InputError(f"the glTF JSON is not as the format asks ({what}): the file is damaged") from error
         return
     scene.source = data
     data = data.removeprefix(b"\xef\xbb\xbf")

@@ -121,9 +121,7 @@ def texels(parts: list[Part], beside: Callable[[str], bytes | None]) -> NDArray[
     return found
 
 
-def uv_attribute(
-    values: NDArray[np.float64], parts: list[Part], beside: Callable[[str], bytes | None]
-) -> Attribute:
+def uv_attribute(values: NDArray[np.float64], parts: list[Part], beside: Callable[[str], bytes | None]) -> Attribute:
     """Texture coordinates of rows, NaN where one has none."""
     return Attribute("TEXCOORD_0", "uv", values, texels(parts, beside))
 
@@ -161,9 +159,7 @@ def polygon_mesh(
         raise InputError(f"{len(points):,} points but no faces: bldsimp simplifies surfaces")
     check_finite(points, polygons.corners)
     faces, polygon_of_face = triangulate_polygons(points, polygons.offsets, polygons.corners)
-    mesh = Mesh(
-        name=name, points=points, faces=faces, part_of_face=polygons.part[polygon_of_face], parts=parts
-    )
+    mesh = Mesh(name=name, points=points, faces=faces, part_of_face=polygons.part[polygon_of_face], parts=parts)
     mesh.single, mesh.rounding = number_format(mesh.used_points)
     return mesh, given[polygon_of_face]
 

@@ -98,9 +98,7 @@ def add_roof(model: Model) -> tuple[Plate, Plate]:
         slopes.append(model.plate(frame, rectangle(0, 0, east - west, slope)))
     for y, wall_y, start, end in ((front_y, 0.0, west, east), (back_y, DEPTH, east, west)):
         inner = (0.0, LENGTH) if start < end else (LENGTH, 0.0)
-        model.add(
-            [(start, y, under(y)), (end, y, under(y)), (end, y, roof_height(y)), (start, y, roof_height(y))]
-        )
+        model.add([(start, y, under(y)), (end, y, under(y)), (end, y, roof_height(y)), (start, y, roof_height(y))])
         soffit = [(start, y), (start, ridge), (inner[0], ridge), (inner[0], wall_y)]
         soffit += [(inner[1], wall_y), (inner[1], ridge), (end, ridge), (end, y)]
         model.add([(x, at, under(at)) for x, at in soffit])
@@ -138,9 +136,7 @@ def add_shed_dormer(model: Model, slope: Plate) -> None:
     sill, eave = roof_height(face), 5.8
     end = (eave - pitch * face - WALL - SLAB) / (PITCH - pitch)
     top = roof_height(end)
-    slope.open(
-        [(x, DEPTH - y, roof_height(y)) for x, y in ((east, face), (west, face), (west, end), (east, end))]
-    )
+    slope.open([(x, DEPTH - y, roof_height(y)) for x, y in ((east, face), (west, face), (west, end), (east, end))])
     wall = model.plate(
         Frame.through((east, DEPTH - face, sill), (-1, 0, 0), (0, 0, 1)),
         rectangle(0, 0, east - west, eave - sill),

@@ -43,9 +43,7 @@ def parts(edge: float) -> tuple[dict[str, Surface], dict[str, Surface], Surface]
 def write_textured_glb(path: Path) -> None:
     """Binary glTF: several primitives, two maps, a mirrored node, vertex colours, a camera, a light, extras."""
     glb = Glb()
-    images = [
-        {"name": name, "mimeType": "image/png", "bufferView": glb.view(make())} for name, make in IMAGES.items()
-    ]
+    images = [{"name": name, "mimeType": "image/png", "bufferView": glb.view(make())} for name, make in IMAGES.items()]
     whole, side, board = parts(EDGE["glb"])
     names = [*list(IMAGES)[:4], "timber", "terrace"]
     meshes = [

@@ -236,9 +236,7 @@ def sign(edge: float) -> Surface:
     columns, rows = int((right - left) / edge) + 2, int((top - bottom) / edge) + 2
     across, upwards = np.meshgrid(np.linspace(0, 1, columns), np.linspace(0, 1, rows))
     uv = np.stack([across.ravel(), 1 - upwards.ravel()], axis=1)
-    points = np.stack(
-        [left + (right - left) * uv[:, 0], np.full(len(uv), y), top - (top - bottom) * uv[:, 1]], axis=1
-    )
+    points = np.stack([left + (right - left) * uv[:, 0], np.full(len(uv), y), top - (top - bottom) * uv[:, 1]], axis=1)
     start = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     quads = start[:, None] + [0, 1, columns + 1, columns]
     made = Surface()

@@ -105,17 +105,13 @@ def add_stair(model: Model, centre: tuple[float, float], steps_a_turn: int, turn
         # Towards the step after: its underside stands out below that one's.
         shown = low + rise if k + 1 < steps else high
         ahead = k + 1
-        model.add(
-            [at(inner, ahead, low), at(inner, ahead, shown), at(outer, ahead, shown), at(outer, ahead, low)]
-        )
+        model.add([at(inner, ahead, low), at(inner, ahead, shown), at(outer, ahead, shown), at(outer, ahead, low)])
     for sector in range(steps_a_turn):
         lows = [rise * (k + 1) for k in range(sector, steps, steps_a_turn)]
         heights = [0.0, *(z for low in lows for z in (low, low + thick)), top]
         for low, high in zip(heights[::2], heights[1::2], strict=True):
             left, right = sector, sector + 1
-            model.add(
-                [at(inner, left, low), at(inner, right, low), at(inner, right, high), at(inner, left, high)]
-            )
+            model.add([at(inner, left, low), at(inner, right, low), at(inner, right, high), at(inner, left, high)])
     column = range(steps_a_turn)
     model.add([at(inner, k, top) for k in column])
     model.add([at(inner, k, 0.0) for k in reversed(column)])
