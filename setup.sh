@@ -29,13 +29,14 @@ make_venv() {
     "$base" -m venv --clear .venv >&2 || fail "no venv module: install it (Debian: python3-venv), then run again"
 }
 
-# What an editable install depends on; Python files need no reinstallation.
+# What an editable install depends on. It knows Python files by their names: an edit needs no reinstallation, a new name does.
 state() {
     "$python" --version
     pwd
     echo "${CXX:-} ${CXXFLAGS:-} ${CMAKE_ARGS:-}"
     find setup.sh pyproject.toml CMakeLists.txt bldsimp/_core -type f ! -name '*.pyc' ! -name '*.so' -exec cksum {} + |
         sort
+    find bldsimp -name '*.py' | sort
 }
 
 install() {

@@ -23,10 +23,10 @@ from table import table
 from third_party import models_folder
 
 import bldsimp
-from bldsimp.assembled import Rung
 from bldsimp.io import SUFFIXES, read, write
 from bldsimp.options import parse_delimit, parse_tolerance
-from bldsimp.tolerance import placed
+from bldsimp.stages.assembled import Rung
+from bldsimp.tolerance import transform_points
 
 TOLERANCES = ("auto", "0.0001%")
 
@@ -67,7 +67,7 @@ def world_surface(scene: bldsimp.Scene) -> Surface:
     points, faces, count = [], [], 0
     for mesh in scene.meshes:
         for transform in mesh.transforms:
-            points.append(placed(mesh.points, transform))
+            points.append(transform_points(mesh.points, transform))
             faces.append(mesh.faces.astype(np.int64) + count)
             count += len(mesh.points)
     return welded(np.concatenate(points), np.concatenate(faces))

@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
 
-from bldsimp import _core, pipeline, simplified
+from bldsimp import _core, pipeline
+from bldsimp import api as simplified
 
 REST = "Python between the stages"
 PYTHON_STAGES = {

@@ -6,11 +6,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .api import Facet, Simplified, simplify, simplify_scene
     from .errors import BldsimpError, InputError, InternalError, OutputError, TopologyError, UsageError
+    from .model import Mesh, Part, Scene, SimplifiedMesh
     from .options import Options, Tolerance
     from .report import Report
-    from .scene import Light, Mesh, Part, Scene
-    from .simplified import Facet, Simplified, simplify, simplify_scene
     from .triangulation import Triangulation, triangulate
 
 __version__ = "0.1.0"
@@ -20,7 +20,6 @@ __all__ = [
     "Facet",
     "InputError",
     "InternalError",
-    "Light",
     "Mesh",
     "Options",
     "OutputError",
@@ -28,6 +27,7 @@ __all__ = [
     "Report",
     "Scene",
     "Simplified",
+    "SimplifiedMesh",
     "Tolerance",
     "TopologyError",
     "Triangulation",
@@ -41,8 +41,8 @@ _HOMES = {
     "errors": ("BldsimpError", "InputError", "InternalError", "OutputError", "TopologyError", "UsageError"),
     "options": ("Options", "Tolerance"),
     "report": ("Report",),
-    "scene": ("Light", "Mesh", "Part", "Scene"),
-    "simplified": ("Facet", "Simplified", "simplify", "simplify_scene"),
+    "model": ("SimplifiedMesh", "Mesh", "Part", "Scene"),
+    "api": ("Facet", "Simplified", "simplify", "simplify_scene"),
     "triangulation": ("Triangulation", "triangulate"),
 }
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import dataclasses
 
 from . import _core
-from .collapsed import collapsed
-from .looks import Looks, left
-from .lossless import lossless
+from .model import Mesh
 from .options import AUTO_DIAGONAL, DEFAULTS, STAGED_DIAGONAL, Options
-from .outcome import Outcome, counts
 from .report import Counts
-from .scene import Mesh
+from .result import MeshResult, counts
+from .stages.attributes import Looks, left
+from .stages.collapse import collapsed
+from .stages.planar import lossless
+from .stages.weld import weld
 from .tolerance import frame
-from .weld import weld
 
 
 def simplify_mesh(
@@ -23,7 +23,7 @@ def simplify_mesh(
     *,
     with_layout: bool = False,
     progress: _core.Progress | None = None,
-) -> Outcome:
+) -> MeshResult:
     """Simplify one mesh.
 
     Parameters
@@ -40,7 +40,7 @@ def simplify_mesh(
 
     Returns
     -------
-    Outcome
+    MeshResult
 
     Notes
     -----

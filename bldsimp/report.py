@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from .scene import MOST_NAMED, Part
+from .model import MOST_NAMED, Part
 
 SCHEMA = "bldsimp.report/1"
 """Name and version of the JSON; the number rises when a field changes its meaning or goes."""

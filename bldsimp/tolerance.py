@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .errors import InputError
-from .options import AUTO_DIAGONAL, AUTO_SPACINGS, Tolerance
-from .scene import Mesh, Points, Scene
+from .model import Mesh, Points, Scene
+from .options import AUTO_DIAGONAL, AUTO_SPACINGS, SIGNIFICANT_DIGITS, Tolerance
 
 READ_BACK = 1e-15
 """Relative error of a number written with sixteen digits."""
@@ -94,7 +95,7 @@ def diagonal(scene: Scene) -> float:
             continue
         for transform in mesh.transforms:
             still = np.array_equal(transform, np.eye(4))
-            world = mesh.box if still else placed(mesh.used_points, transform)
+            world = mesh.box if still else transform_points(mesh.used_points, transform)
             low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
     if not np.all(low <= high):
         return 0.0
@@ -104,7 +105,7 @@ def diagonal(scene: Scene) -> float:
     return length
 
 
-def placed(points: Points, transform: Points) -> Points:
+def transform_points(points: Points, transform: Points) -> Points:
     """Points moved by a 4 x 4 transform, summed in a fixed order so that no library's blocking shows."""
     x, y, z = points.T
     return np.stack([row[0] * x + row[1] * y + row[2] * z + row[3] for row in transform[:3]], axis=1)
@@ -146,3 +147,31 @@ def frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
     low, high = box
     x, y, z = (float(v) for v in low + (high - low) / 2)
     return (x, y, z), math.dist(low, high), 2 * float(np.spacing(np.abs(box).max()))
+
+
+def number_format(used: Points) -> tuple[bool, float]:
+    """How finely the numbers of the points that are used are stored: see `Mesh.single` and `Mesh.rounding`.
+
+    Told from the values alone, so that the same numbers give the same answer in text and binary.
+    """
+    values = used.ravel()
+    with np.errstate(over="ignore", under="ignore"):
+        nearest = values.astype(np.float32).astype(np.float64)
+    if np.array_equal(nearest, values):
+        return True, 0.0
+    decimals = _decimals(values)
+    if decimals is None:
+        return False, 0.0
+    largest = float(np.abs(values).max())
+    unit = 10.0**-decimals
+    coarse = unit > np.spacing(largest) and largest / unit >= 10.0 ** (SIGNIFICANT_DIGITS - 1)
+    return False, unit / 2.0 if coarse else 0.0
+
+
+def _decimals(values: NDArray[np.float64]) -> int | None:
+    """Fewest decimal digits that give back every value, or None where fifteen do not."""
+    sample = values[:: max(1, len(values) // 1000)]
+    for decimals in range(16):
+        if np.array_equal(np.round(sample, decimals), sample) and np.array_equal(np.round(values, decimals), values):
+            return decimals
+    return None

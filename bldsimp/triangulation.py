@@ -13,7 +13,7 @@ from . import _core
 from .errors import InputError, TopologyError
 
 if TYPE_CHECKING:
-    from .scene import Faces, Points
+    from .model import Faces, Points
 
 MOST_POINTS = 2**28
 """Halfedges are numbered by 32 bits, four to a triangle, two triangles to a point."""
@@ -103,7 +103,7 @@ class Triangulation:
         -----
         O(n log n) array operations: about 15 seconds for a million triangles.
         """
-        from .validation import check_triangulation
+        from .testing import check_triangulation
 
         check_triangulation(self)
 

@@ -8,18 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from conftest import ROOT
 from scipy.spatial import cKDTree
 
-ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "examples"))
 
-from buildings.facet_model import Frame, Model, rectangle  # noqa: E402
-from buildings.house import house  # noqa: E402
-from buildings.tessellate import tessellate  # noqa: E402
-from buildings.tower import tower  # noqa: E402
+from buildings.facet_model import Frame, Model, rectangle
+from buildings.house import house
+from buildings.tessellate import tessellate
+from buildings.tower import tower
 
-from bldsimp import Options, Tolerance, simplify, simplify_scene  # noqa: E402
-from bldsimp.io import read  # noqa: E402
+from bldsimp import Options, Tolerance, simplify, simplify_scene
+from bldsimp.io import read
 
 BUILDINGS = {"building_a": house, "building_b": tower}
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 import trimesh
+from conftest import ROOT
 
-EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+EXAMPLES = ROOT / "examples"
 CUBE = trimesh.creation.box().subdivide()
 
 # Stands in for a bldsimp with a bug: the real one runs, and what it says or writes is then spoilt.

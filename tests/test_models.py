@@ -8,12 +8,12 @@ import judge
 import numpy as np
 import pytest
 
-from bldsimp import collapsed
-from bldsimp.dropped import Dropped
+from bldsimp.api import simplify_scene
 from bldsimp.io import SUFFIXES, read
+from bldsimp.model import Faces, Flags, Mesh, Points, Scene, SimplifiedMesh
 from bldsimp.options import Options, Tolerance
-from bldsimp.scene import Faces, Flags, Light, Mesh, Points, Scene
-from bldsimp.simplified import simplify_scene
+from bldsimp.stages import collapse as collapsed
+from bldsimp.stages.removal import Dropped
 from bldsimp.tolerance import scale
 
 REFUSED = {"trimesh_empty.ply", "trimesh_points_emptyface.ply", "trimesh_notenoughindices.obj"}
@@ -41,7 +41,7 @@ def scene_of(path: Path) -> Scene:
     return read(path, path.suffix[1:].lower())
 
 
-def lighter(mesh: Mesh, light: Light) -> Mesh:
+def lighter(mesh: Mesh, light: SimplifiedMesh) -> Mesh:
     """The result as a mesh again."""
     return Mesh(
         mesh.name, light.points, light.faces, light.part_of_face, mesh.parts, mesh.transforms,

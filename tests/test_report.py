@@ -5,15 +5,15 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import fields
-from pathlib import Path
 
 import pytest
+from conftest import ROOT
 
 from bldsimp import Report
-from bldsimp.inspect import Inspection, MeshInspection
+from bldsimp.inspection import Inspection, MeshInspection
 from bldsimp.report import SCHEMA, Counts, DroppedPart, PassedOn, summary
 
-DOCUMENT = (Path(__file__).resolve().parents[1] / "docs" / "report.md").read_text()
+DOCUMENT = (ROOT / "docs" / "report.md").read_text()
 
 
 def report(**changes: object) -> Report:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Protocol, cast
 
 from ..errors import InputError, OutputError, UsageError
-from ..io.target import clear_leftovers
+from ..io.atomic import clear_leftovers
 
 _SCHEME = re.compile(r"[a-zA-Z][a-zA-Z0-9+.-]+://")
 

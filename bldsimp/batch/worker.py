@@ -170,7 +170,10 @@ class Worker:
 def serve(descriptor: int) -> None:
     """What the process does: take orders until nobody gives any."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    from .. import _core, file  # noqa: F401  # loaded before the first file's time runs
+    from .. import (
+        _core,  # loaded before the first file's time runs
+        job,  # noqa: F401
+    )
 
     # What trimesh says of a file that it cannot read ends in our own one line.
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
@@ -218,7 +221,7 @@ def simplified(task: Task, order: Order) -> Row:
 
 
 def _simplified(task: Task, order: Order) -> Row:
-    from ..file import simplify_file
+    from ..job import simplify_file
 
     if order.version != __version__:
         raise InternalError(f"this worker has bldsimp {__version__}, not {order.version}: install the same everywhere")

@@ -205,7 +205,7 @@ def _skip(todo: Plan, log: Manifest, root: str, options: Options, wishes: Wishes
 def _engine(options: Options, wishes: Wishes) -> Engine:
     """What runs the tasks."""
     if wishes.scheduler is not None:
-        from ..batch.dask_pool import DaskPool
+        from ..batch.dask import DaskPool
 
         return DaskPool(
             wishes.scheduler, options, overwrite=wishes.overwrite, memory=wishes.memory, timeout=wishes.timeout

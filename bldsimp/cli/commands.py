@@ -162,7 +162,7 @@ def inspect(source: str, from_: str | None, as_json: bool) -> None:
     """Tell what is in the building IN before anything is done to it; '-' is standard input."""
     check_open(sys.stdout, "standard output")
     read_from = endpoint_in(source, from_)
-    from ..inspect import inspect_scene, inspection_text
+    from ..inspection import inspect_scene, inspection_text
     from ..io import read
 
     inspection = inspect_scene(read(read_from.data(), read_from.format))
@@ -190,13 +190,13 @@ class Wishes:
 def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wishes) -> None:
     """Read, simplify, write, report."""
     start = time.perf_counter()
-    from ..file import Work, simplify_file
-    from ..io.target import replace_files
+    from ..io.atomic import replace_files
+    from ..job import Work, simplify_file
+    from ..model import SimplifiedMesh
     from ..report import Report, one_line, summary
-    from ..scene import Light
     from .progress import watched
 
-    def watch(work: Work, points: int) -> tuple[list[Light], Report]:
+    def watch(work: Work, points: int) -> tuple[list[SimplifiedMesh], Report]:
         done = watched(work, points, quiet=wishes.quiet)
         unwind()
         return done
@@ -212,7 +212,7 @@ def _run(read_from: Endpoint, write_to: Endpoint, options: Options, wishes: Wish
     elif wishes.report is not None:
         replace_files({Path(wishes.report): report.to_json().encode("utf-8")})
     if wishes.verbose:
-        from ..inspect import number_words
+        from ..inspection import number_words
 
         for mesh in result.scene.meshes:
             text = f"input      {mesh.name or 'mesh'}: {len(mesh.parts)} parts, {number_words(mesh)}"

@@ -91,7 +91,7 @@ def compare(
         viewer_library()
     comparisons = _compared(dict(zip(sources, endpoints, strict=True)), texts, peers, quiet)
     from ..compare.table import to_text
-    from ..io.target import replace_files
+    from ..io.atomic import replace_files
 
     written = {path: _written(name, path, comparisons) for name, path in paths.items()}
     unwind()

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Faces, Points
+from ..model import Faces, Points
 from .measure import Judge
 from .surface import Surface, welded
 

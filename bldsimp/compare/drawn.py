@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene import Faces, Flags, Points
+from ..model import Faces, Flags, Points
 from .surface import Surface
 
 TRIANGLES = 200_000

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..scene import Faces, Points
+from ..model import Faces, Points
 from .surface import Surface
 
 SAMPLES = 20_000

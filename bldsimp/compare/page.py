@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..errors import BldsimpError
-from ..scene import Points
+from ..model import Points
 from .chart import chart_svg
 from .drawn import TRIANGLES, Drawn, drawn
 from .measure import noise

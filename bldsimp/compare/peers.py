@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..scene import Faces, Points
+from ..model import Faces, Points
 from .decimate import Arrays, Refused
 
 FINEST = 10**9

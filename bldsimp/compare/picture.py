@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from bldsimp.errors import BldsimpError
+from ..errors import BldsimpError
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -9,8 +9,8 @@ from enum import IntEnum
 import numpy as np
 
 from .. import _core
-from ..outcome import Outcome
-from ..scene import Faces, Points, Scene
+from ..model import Faces, Points, Scene
+from ..result import MeshResult
 from ..triangulation import Statistics
 from .surface import Surface, placed_surface
 
@@ -72,7 +72,7 @@ class Standard:
     note: str
 
 
-def standard_of(outcome: Outcome) -> StandardResult:
+def standard_of(outcome: MeshResult) -> StandardResult:
     """Triangulate a simplified mesh once more, by the standard method.
 
     The points of each facet are triangulated without constraints. A piece of outline that is no edge
@@ -81,7 +81,7 @@ def standard_of(outcome: Outcome) -> StandardResult:
 
     Parameters
     ----------
-    outcome : Outcome
+    outcome : MeshResult
         Made with its layout.
 
     Returns
@@ -115,13 +115,13 @@ def standard_of(outcome: Outcome) -> StandardResult:
     )
 
 
-def standard_surface(scene: Scene, outcomes: list[Outcome]) -> Standard:
+def standard_surface(scene: Scene, outcomes: list[MeshResult]) -> Standard:
     """What the standard method makes of all instances of all meshes of a scene.
 
     Parameters
     ----------
     scene : Scene
-    outcomes : list of Outcome
+    outcomes : list of MeshResult
         What the improved method made of each mesh, with its layout.
     """
     results = [standard_of(outcome) for outcome in outcomes]

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..rows import distinct_rows
-from ..scene import Faces, Light, Points, Scene
-from ..tolerance import placed
+from ..model import Faces, Points, Scene, SimplifiedMesh
+from ..tolerance import transform_points
+from ..unique_rows import find_unique_rows
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,13 @@ class Surface:
     faces: Faces
 
 
-def surface_of(scene: Scene, lights: list[Light] | None = None) -> Surface:
+def surface_of(scene: Scene, lights: list[SimplifiedMesh] | None = None) -> Surface:
     """All instances of all meshes of a scene, or of what became of them, as one surface.
 
     Parameters
     ----------
     scene : Scene
-    lights : list of Light, optional
+    lights : list of SimplifiedMesh, optional
         One per mesh; without them the scene's own faces.
     """
     own = scene.meshes if lights is None else lights
@@ -54,7 +54,7 @@ def placed_surface(scene: Scene, points: list[Points], faces: list[Faces]) -> Su
     for mesh, own, corners in zip(scene.meshes, points, faces, strict=True):
         for transform in mesh.transforms:
             still = np.array_equal(transform, np.eye(4))
-            all_points.append(own if still else placed(own, transform))
+            all_points.append(own if still else transform_points(own, transform))
             # A mirrored instance shows its faces the other way round.
             turned = corners[:, ::-1] if np.linalg.det(transform[:3, :3]) < 0 else corners
             all_faces.append(turned.astype(np.int64) + count)
@@ -65,13 +65,13 @@ def placed_surface(scene: Scene, points: list[Points], faces: list[Faces]) -> Su
 def welded(points: Points, faces: Faces) -> Surface:
     """A surface of points that are distinct and used, and of faces that are proper and distinct."""
     used, compact = np.unique(faces, return_inverse=True)
-    first, position = distinct_rows(points[used])
+    first, position = find_unique_rows(points[used])
     corners = position[compact.reshape(-1)].reshape(-1, 3)
     a, b, c = corners.T
     corners = corners[(a != b) & (b != c) & (a != c)]
     least = np.argmin(corners, axis=1)[:, None]
     turned = np.take_along_axis(corners, (least + np.arange(3)) % 3, axis=1)
-    corners = corners[distinct_rows(turned)[0]]
+    corners = corners[find_unique_rows(turned)[0]]
     left, compact = np.unique(corners, return_inverse=True)
     return Surface(
         np.ascontiguousarray(points[used][first][left]),

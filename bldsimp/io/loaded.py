@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..carried import FACE, carry
 from ..errors import InputError
-from ..scene import Mesh, Part
-from ..visuals import attributes_of, carried_by, image_of
+from ..model import FACE, Mesh, Part, attach_attributes
+from ..trimesh_adapter import attributes_of, carried_by, image_of
 from .stl import whole_stl
 from .surface import Material, Polygons, polygon_mesh
 
@@ -80,7 +79,7 @@ def _mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> Mesh:
     # Bytes that no program has set are no attribute.
     if not columns.get(STL_BYTES, np.ones(1)).any():
         del columns[STL_BYTES]
-    carry(mesh, attributes_of(mesh, columns, [image_of(one) for one in every]))
+    attach_attributes(mesh, attributes_of(mesh, columns, [image_of(one) for one in every]))
     return mesh
 
 

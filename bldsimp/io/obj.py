@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..carried import carry, color_attribute
 from ..errors import InputError
-from ..rows import distinct_rows
-from ..scene import Mesh, Part
+from ..model import Mesh, Part, attach_attributes, color_attribute
+from ..unique_rows import find_unique_rows
 from .folder import Folder
 from .mtl import library_names, read_materials
 from .surface import Material, Polygons, polygon_mesh, shown, uv_attribute
@@ -121,7 +120,7 @@ def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     if colors is not None:
         mesh.source.color_scale = 255.0 if np.nanmax(colors, initial=0.0) > 1.0 else 1.0
         attributes.append(color_attribute(colors[row_triples[:, 0]] / mesh.source.color_scale, mesh))
-    carry(mesh, attributes)
+    attach_attributes(mesh, attributes)
     if np.any(row_triples[:, 2] >= 0):
         mesh.normals = np.nan_to_num(_taken(normals, row_triples[:, 2]))
     return [mesh]
@@ -224,7 +223,7 @@ def _rows(triples: Index, count: int) -> tuple[Index, Index]:
     if all(np.array_equal(only[v, column], triples[:, column]) for column in (1, 2)):
         only[:, 0] = np.arange(count)
         return only, v
-    first, inverse = distinct_rows(triples)
+    first, inverse = find_unique_rows(triples)
     return triples[first], inverse
 
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ..rows import distinct_rows
-from ..scene import Part
+from ..model import Part
+from ..unique_rows import find_unique_rows
+from .flat_mesh import Sheet
 from .obj import ObjPart, State
-from .sheet import Sheet
 from .surface import Material, material_of
 
 Index = NDArray[np.int64]
@@ -70,7 +70,7 @@ def _columns(one: Sheet, text: Text, color_scale: float) -> tuple[list[Index | N
         _column("vn", _missing_as_nan(one.normals), text),
     ]
     present = [column for column in columns if column is not None]
-    vertices = len(distinct_rows(np.stack(present, axis=1))[0])
+    vertices = len(find_unique_rows(np.stack(present, axis=1))[0])
     corners = one.faces.reshape(-1)
     return [None if column is None else column[corners] for column in columns], vertices
 
@@ -80,7 +80,7 @@ def _column(key: str, values: NDArray[np.float64] | None, text: Text) -> Index |
     if values is None:
         return None
     absent = np.isnan(values).all(axis=1)
-    first, inverse = distinct_rows(values[~absent])
+    first, inverse = find_unique_rows(values[~absent])
     numbers = np.full(len(values), -1, np.int64)
     numbers[~absent] = inverse + text.counts[key] + 1
     text.counts[key] += len(first)

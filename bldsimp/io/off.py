@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..carried import carry, color_attribute, custom_attribute
 from ..errors import InputError
-from ..scene import Mesh, Part
+from ..model import Mesh, Part, attach_attributes, color_attribute, custom_attribute
 from .surface import Polygons, polygon_mesh, uv_attribute
 from .text import ragged, table
 
@@ -114,7 +113,7 @@ def _carry(mesh: Mesh, rest: NDArray[np.float64], st: bool, behind: NDArray[np.f
         attributes.append(color_attribute(behind / mesh.source.face_scale, mesh, on_faces=True))
     elif behind.shape[1]:
         attributes.append(custom_attribute("_color", behind[:, :1], mesh, whole=True, on_faces=True))
-    carry(mesh, attributes)
+    attach_attributes(mesh, attributes)
 
 
 def _scale(colors: NDArray[np.float64]) -> float:

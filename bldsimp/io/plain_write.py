@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..carried import FACE
-from ..rows import distinct_rows
-from ..scene import Attribute
+from ..model import FACE, Attribute
+from ..unique_rows import find_unique_rows
+from .flat_mesh import Sheet
 from .loaded import STL_BYTES
 from .off import OffFormat
 from .ply import Bundle, PlyFormat
-from .sheet import Sheet
 from .surface import material_of
 
 _COLORS = ("red", "green", "blue", "alpha")
@@ -43,7 +42,7 @@ def ply_bytes(sheets: list[Sheet], format_: PlyFormat, textures: dict[str, str])
     numbers = np.concatenate([_texture_numbers(one, list(textures)) for one in sheets])
     several = bool((numbers != numbers[0]).any())
     vertex, wedges = _vertex_table(sheets, format_, real, format_.wedges or several)
-    first, inverse = distinct_rows(np.stack([column for _, _, column in vertex], axis=1))
+    first, inverse = find_unique_rows(np.stack([column for _, _, column in vertex], axis=1))
     vertex = [(name, kind, column[first]) for name, kind, column in vertex]
     corners = _corners(sheets)
     lists: _Table = [("vertex_indices", "i4", inverse[corners])]
@@ -200,7 +199,7 @@ def off_text(sheets: list[Sheet], format_: OffFormat | None) -> tuple[bytes, int
         points.append(np.nan_to_num(rows["TEXCOORD_0"]))
         head = "ST" + head
     flat = np.concatenate(points, axis=1)
-    first, inverse = distinct_rows(flat)
+    first, inverse = find_unique_rows(flat)
     lines = [head, f"{len(first)} {sum(len(one.faces) for one in sheets)} 0", *_number_lines(flat[first])]
     corners = inverse[_corners(sheets)].tolist()
     behind = _off_behind(sheets, own.face_scale)

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..carried import carry, color_attribute, custom_attribute
 from ..errors import InputError
-from ..rows import distinct_rows
-from ..scene import Attribute, Indices, Mesh, Part
+from ..model import Attribute, Indices, Mesh, Part, attach_attributes, color_attribute, custom_attribute
+from ..unique_rows import find_unique_rows
 from .folder import Folder
 from .ply_values import Columns, Element, Property, binary_columns, text_columns
 from .surface import Material, Polygons, file_stem, polygon_mesh, uv_attribute
@@ -98,7 +97,7 @@ def read_ply(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     attributes += _vertex_attributes(mesh, vertex, types["vertex"], beside, wedges is None)
     if face.scalars:
         attributes += _face_attributes(mesh, face.scalars, types["face"], polygon, bool(textures))
-    carry(mesh, attributes)
+    attach_attributes(mesh, attributes)
     return [mesh]
 
 
@@ -180,7 +179,7 @@ def _with_wedges(
     uv[np.repeat(full, sizes)] = values[np.repeat(full, lengths)].reshape(-1, 2)
     if not full.any() or np.any((corners < 0) | (corners >= len(vertex["x"]))):
         return vertex, corners, None
-    first, inverse = distinct_rows(np.column_stack([corners, uv]))
+    first, inverse = find_unique_rows(np.column_stack([corners, uv]))
     return {key: column[corners[first]] for key, column in vertex.items()}, inverse.astype(np.int32), uv[first]
 
 

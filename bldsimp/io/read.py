@@ -6,11 +6,11 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from ..errors import InputError
-from ..scene import Scene
+from ..model import Scene
 from .folder import Folder
-from .gltf import parse_gltf
-from .gltf_read import gltf_meshes
-from .gltf_unpack import unpacked
+from .gltf.decode import unpacked
+from .gltf.document import parse_gltf
+from .gltf.read import gltf_meshes
 from .loaded import read_loaded
 from .obj import read_obj
 from .off import read_off

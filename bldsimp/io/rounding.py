@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..inspect import surface_of
+from ..inspection import surface_of
+from ..model import Faces, Points
 from ..report import Counts
-from ..rows import distinct_rows
-from ..scene import Faces, Points
+from ..unique_rows import find_unique_rows
 
 WORTH_MOVING = 4.0
 """The origin is moved only where that makes the rounding so many times less."""
@@ -36,7 +36,7 @@ def single_rounding(points: Points, origin: Points | None = None) -> float:
 
 def fallen_together(points: Points, origin: Points | None = None) -> int:
     """How many distinct points are no longer distinct in single precision about an origin."""
-    return len(distinct_rows(points)[0]) - len(distinct_rows(_in_single(points, origin))[0])
+    return len(find_unique_rows(points)[0]) - len(find_unique_rows(_in_single(points, origin))[0])
 
 
 def counts_in_single(meshes: list[list[tuple[Points, Faces, Points | None]]]) -> Counts:

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..number_format import number_format
+from ..model import Attribute, Indices, Mesh, Part, Points, check_finite, check_indices
 from ..options import UNKNOWN_TEXELS
-from ..polygons import select_polygons, triangulate_polygons
-from ..scene import Attribute, Indices, Mesh, Part, Points, check_finite, check_indices
+from ..tolerance import number_format
 from .image_size import image_size
+from .polygons import select_polygons, triangulate_polygons
 
 
 def shown(name: str) -> str:

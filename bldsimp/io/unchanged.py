@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..normals import face_normals
+from ..model import Faces, Mesh, Points, Scene, SimplifiedMesh
 from ..options import Options
-from ..rows import distinct_rows
-from ..scene import Faces, Light, Mesh, Points, Scene
-from .losses import dropped
+from ..stages.normals import face_normals
+from ..unique_rows import find_unique_rows
+from .warnings import dropped
 
 
-def is_better_as_read(scene: Scene, lights: list[Light], options: Options, size: int) -> bool:
+def is_better_as_read(scene: Scene, lights: list[SimplifiedMesh], options: Options, size: int) -> bool:
     """Whether an OBJ file has become no lighter, and its new text, of this size, no smaller.
 
     A file of which reading left anything out, or of which the user wants other normals or fewer attributes, is not.
@@ -24,7 +24,7 @@ def is_better_as_read(scene: Scene, lights: list[Light], options: Options, size:
     return is_no_lighter(mesh, light, list(range(len(mesh.parts))))
 
 
-def is_no_lighter(mesh: Mesh, light: Light, parts: list[int]) -> bool:
+def is_no_lighter(mesh: Mesh, light: SimplifiedMesh, parts: list[int]) -> bool:
     """Whether parts have as many faces as before on the same points, of the same area and outside, and none of no area.
 
     Which diagonals cut a flat piece does not matter.
@@ -50,4 +50,4 @@ def is_no_lighter(mesh: Mesh, light: Light, parts: list[int]) -> bool:
 
 def _count(points: Points, faces: Faces) -> int:
     """Number of distinct points that faces use."""
-    return len(distinct_rows(points[np.unique(faces)])[0])
+    return len(find_unique_rows(points[np.unique(faces)])[0])

@@ -11,16 +11,16 @@ from typing import Any, BinaryIO
 from urllib.parse import quote, unquote
 
 from ..errors import OutputError, UsageError
+from ..model import Scene, SimplifiedMesh
 from ..options import AUTO_DIAGONAL, Options
 from ..report import Counts
-from ..scene import Light, Scene
 from ..tolerance import diagonal, epsilon
-from .beside import Pictured, copies, embedded_images
-from .gltf import Document, gltf_text, pack_glb
-from .gltf_check import check_rest
-from .gltf_new import new_document
-from .gltf_patch import patched
-from .losses import dropped, gltf_losses, hidden, losses
+from .atomic import replace_files
+from .flat_mesh import Sheet, as_shown, instance, sheet, spread
+from .gltf.build import new_document
+from .gltf.check import check_rest
+from .gltf.document import Document, gltf_text, pack_glb
+from .gltf.patch import patched
 from .mtl import material_library
 from .obj import ObjFormat
 from .obj_write import obj_text
@@ -28,9 +28,9 @@ from .off import OffFormat
 from .plain_write import off_text, ply_bytes, stl_bytes
 from .ply import PlyFormat
 from .rounding import counts_in_single, fallen_together, single_rounding
-from .sheet import Sheet, as_shown, instance, sheet, spread
-from .target import replace_files
+from .sidecars import Pictured, copies, embedded_images
 from .unchanged import is_better_as_read
+from .warnings import dropped, gltf_losses, hidden, losses
 
 WRITABLE = ("glb", "gltf", "obj", "ply", "off", "stl")
 """Formats that bldsimp writes."""
@@ -62,7 +62,7 @@ class Written:
 
 def write(
     scene: Scene,
-    lights: list[Light],
+    lights: list[SimplifiedMesh],
     target: Path | BinaryIO,
     format_: str,
     options: Options,
@@ -75,7 +75,7 @@ def write(
     ----------
     scene : Scene
         As it was read.
-    lights : list of Light
+    lights : list of SimplifiedMesh
         One per mesh of the scene.
     target : Path or binary stream
         A file appears whole or not at all.
@@ -118,7 +118,7 @@ def write(
 
 
 def _files(
-    scene: Scene, lights: list[Light], path: Path | None, format_: str, options: Options, written: Written
+    scene: Scene, lights: list[SimplifiedMesh], path: Path | None, format_: str, options: Options, written: Written
 ) -> dict[Path, bytes]:
     """Every file to write, the main one last."""
     written.warnings += dropped(scene, options) + hidden(scene, options, format_)
@@ -162,7 +162,7 @@ def _files(
 
 
 def _gltf_files(
-    scene: Scene, lights: list[Light], main: Path, format_: str, options: Options, written: Written
+    scene: Scene, lights: list[SimplifiedMesh], main: Path, format_: str, options: Options, written: Written
 ) -> dict[Path, bytes]:
     """A document, and its buffer and images where they stand beside it."""
     piped = main == Path("-")

@@ -14,7 +14,7 @@ from bldsimp.compare.picture import Camera, Style, View, distances_to_edges, edg
 from textured.model import Floats, Integers, Model
 
 AMBIENT = 0.35
-"""Light on what is seen from the side, as a share of that on what is seen face on."""
+"""SimplifiedMesh on what is seen from the side, as a share of that on what is seen face on."""
 
 SIDES = tuple((45.0 * k + 20.0, (18.0, 50.0, 18.0, -25.0)[k % 4]) for k in range(8))
 """Azimuth and elevation of the eight views, degrees: all around, from above and from below."""
@@ -49,7 +49,7 @@ def draw(model: Model, camera: Camera, style: Style, *, edges: bool = False) -> 
         hits = Hits.of(projected, faces[owner[pixels]], pixels % columns, pixels // columns)
         nearer = np.flatnonzero(hits.nearness >= front[pixels])
         pixels, hits = pixels[nearer], hits.some(nearer)
-        shade = shaded(model, hits, camera)
+        shade = resolve_normals(model, hits, camera)
         if edges:
             darken(shade, projected, hits, style)
         colour[pixels] += (shade[:, :3] - colour[pixels]) * shade[:, 3:]
@@ -94,7 +94,7 @@ class Hits:
         return np.asarray(np.einsum("ij,ijk->ik", self.weight, corners[self.face]))
 
 
-def shaded(model: Model, hits: Hits, camera: Camera) -> Floats:
+def resolve_normals(model: Model, hits: Hits, camera: Camera) -> Floats:
     """RGBA of samples."""
     colour = np.clip(hits.mix(model.colours), 0.0, 1.0)
     normal = hits.mix(model.normals)

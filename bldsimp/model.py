@@ -1,0 +1,297 @@
+"""What passes between files and stages: a scene of meshes, each one problem of its own.
+
+Only `io` makes and reads `source`; the stages see arrays alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .errors import InputError
+from .options import COLOR_LEVELS, CUSTOM_LEVELS
+
+Points = NDArray[np.float64]
+Faces = NDArray[np.int32]
+Indices = NDArray[np.int32]
+Flags = NDArray[np.uint8]
+
+FACE = "FACE_"
+"""Names of what faces carry begin with this."""
+
+MOST_NAMED = 10
+"""So many names a message gives at most."""
+
+LARGEST_COORDINATE = 1e100
+"""Beyond this, products of coordinates leave the range of double precision."""
+
+
+@dataclass
+class Part:
+    """A piece that no facet may cross: a glTF primitive, an OBJ object, group or material.
+
+    Attributes
+    ----------
+    name : str
+        As the user knows it, for messages.
+    attributes : tuple of str
+        Names of what the part carries beside position and normal (``TEXCOORD_0``, ``COLOR_0`` ...).
+    fixed : tuple of str
+        What of it cannot follow a change of its faces (a skin, morph targets, an unknown extension): a part with
+        any is passed on untouched.
+    one_sided : bool
+        Its faces are seen from the front only.
+    source : object
+        Where the reader found it; only `io` looks inside.
+    """
+
+    name: str
+    attributes: tuple[str, ...] = ()
+    fixed: tuple[str, ...] = ()
+    one_sided: bool = False
+    source: Any = None
+
+
+@dataclass
+class Attribute:
+    """What a mesh carries beside its surface, one value for each row of its points, or for each face.
+
+    Attributes
+    ----------
+    name : str
+        As glTF calls it: ``TEXCOORD_0``, ``COLOR_0``, ``_FEATURE_ID_0`` ...
+    kind : str
+        ``uv``, ``color`` (whatever is interpolated over a face), ``feature`` (numbers that name something, the same all
+        over a face) or ``tangent`` (follows from UV and normals).
+    values : (n, k) or (m, k) float64
+        NaN where a row or face has none. UV have v upwards, colours are in 0..1.
+    steps : (p, k) float64
+        For each part, how many steps that can be told apart a unit is worth: texels of the largest image that reads
+        these UV, levels of a colour.
+    on_faces : bool
+        One value for each face instead of each row.
+    """
+
+    name: str
+    kind: str
+    values: NDArray[np.float64]
+    steps: NDArray[np.float64]
+    on_faces: bool = False
+
+
+@dataclass
+class Mesh:
+    """One problem: parts that share points and are simplified together.
+
+    Attributes
+    ----------
+    name : str
+    points : (n, 3) float64
+        Stored positions, one row per vertex of the file (repeated where the file repeats them), in
+        the mesh's own frame, model units.
+    faces : (m, 3) int32
+        Rows of `points`; polygons are already triangulated.
+    part_of_face : (m,) int32
+        Index into `parts`.
+    parts : list of Part
+    transforms : (k, 4, 4) float64
+        World transform of each instance; one identity where the format has no scene graph, none where a scene shows
+        other meshes alone: the mesh is then made light in its own frame.
+    normals : (n, 3) float64 or None
+        Stored vertex normals, one row per vertex.
+    attributes : list of Attribute
+        All that the stages must know of; what only a writer needs may stay in `source`.
+    single : bool
+        Every stored coordinate is exactly a single-precision number.
+    rounding : float
+        Half a unit of the last written decimal digit where the file's numbers are decimal with six
+        significant digits or more, else 0; model units.
+    quantized : bool
+        Points are stored as integers: none can move.
+    source : object
+        Only `io` looks inside.
+    """
+
+    name: str
+    points: Points
+    faces: Faces
+    part_of_face: NDArray[np.int32]
+    parts: list[Part]
+    transforms: NDArray[np.float64] = field(default_factory=lambda: np.eye(4)[None])
+    normals: NDArray[np.float64] | None = None
+    attributes: list[Attribute] = field(default_factory=list)
+    single: bool = False
+    rounding: float = 0.0
+    quantized: bool = False
+    source: Any = None
+
+    @cached_property
+    def passed_on(self) -> NDArray[np.bool_]:
+        """Which parts are left untouched."""
+        return np.array([bool(part.fixed) for part in self.parts], bool)
+
+    @cached_property
+    def used_points(self) -> Points:
+        """Rows of `points` that a face uses."""
+        used = _core.mark_used(self.faces, len(self.points)).view(bool)
+        return self.points if used.all() else self.points[used]
+
+    @cached_property
+    def box(self) -> Points:
+        """Least and greatest coordinates of the used points, (2, 3); infinite where there are none."""
+        columns = self.used_points.T
+        low = [column.min(initial=np.inf) for column in columns]
+        return np.array([low, [column.max(initial=-np.inf) for column in columns]])
+
+
+@dataclass
+class Scene:
+    """All meshes of one file.
+
+    Attributes
+    ----------
+    path : Path or None
+        None for standard input.
+    format : str
+        Suffix without the dot, in lower case.
+    meshes : list of Mesh
+    size : int
+        Bytes of the file and of the buffers beside it.
+    warnings : list of str
+    source : object
+        Only `io` looks inside.
+    beside : list of str
+        Buffers, material libraries and images that the file names and that are there, by their names beneath its
+        folder: the result depends on them.
+    """
+
+    path: Path | None
+    format: str
+    meshes: list[Mesh]
+    size: int
+    warnings: list[str] = field(default_factory=list)
+    source: Any = None
+    beside: list[str] = field(default_factory=list)
+
+
+@dataclass
+class SimplifiedMesh:
+    """A mesh made light, told in rows of the mesh it came from.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        ``Mesh.points``, where a wide tolerance moved none; all rows at one position moved together. Rows that had to be
+        told apart (two textures on a point that moved, two normals) are added at the end.
+    faces : (k, 3) int32
+        Per corner a row of `points`; where a position is stored in several rows, one that a
+        face of the same facet uses, so that its normal, UV and colours are the right ones.
+    part_of_face : (k,) int32
+        Index into ``Mesh.parts``.
+    row : (n,) int32
+        The row of the mesh that each row was.
+    face : (k,) int32
+        A face of the mesh in the same facet, whose face attributes are those of the triangle.
+    changed : dict of str to (n, k) float64
+        Values of those attributes that are other than the mesh's at some row, by name.
+    """
+
+    points: Points
+    faces: Faces
+    part_of_face: NDArray[np.int32]
+    row: NDArray[np.int32]
+    face: NDArray[np.int32]
+    changed: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    def values(self, attribute: Attribute) -> NDArray[np.float64]:
+        """Values of an attribute of the mesh, one for each row, or for each face."""
+        if attribute.on_faces:
+            return attribute.values[self.face]
+        changed = self.changed.get(attribute.name)
+        return attribute.values[self.row] if changed is None else changed
+
+
+def check_indices(corners: NDArray[Any], count: int) -> None:
+    """Refuse corners that name no point."""
+    wrong = np.flatnonzero((corners < 0) | (corners >= count))
+    if len(wrong):
+        raise InputError(
+            f"{len(wrong):,} corners name points that do not exist (there are {count:,}),"
+            f" the first is index {int(corners[wrong[0]])}, counted from 0: the file is damaged"
+        )
+
+
+def check_finite(points: Points, corners: NDArray[Any]) -> None:
+    """Refuse points that a face uses and that are not finite numbers, or beyond `LARGEST_COORDINATE`."""
+    # A comparison with NaN is false.
+    good = np.abs(points) <= LARGEST_COORDINATE
+    if good.all():
+        return
+    bad = ~good.all(axis=1)
+    used = np.zeros(len(points), bool)
+    used[corners] = True
+    named = np.flatnonzero(bad & used)
+    if len(named):
+        some = ", ".join(str(i) for i in named[:MOST_NAMED])
+        raise InputError(
+            f"{len(named):,} points that a face uses are not finite numbers (or beyond 1e100),"
+            f" counted from 0: {some}{' ...' if len(named) > MOST_NAMED else ''}: repair or remove them"
+        )
+
+
+def color_attribute(
+    values: NDArray[np.float64], mesh: Mesh, *, name: str = "COLOR_0", on_faces: bool = False
+) -> Attribute:
+    """Colours of rows or faces, (n, 3 or 4) in 0..1, NaN where one has none."""
+    return _attribute(name, "color", values, mesh, COLOR_LEVELS, on_faces)
+
+
+def custom_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, whole: bool, on_faces: bool) -> Attribute:
+    """What else rows or faces carry: whole numbers that are the same all over each face name something.
+
+    Parameters
+    ----------
+    name : str
+        Without `FACE`.
+    values : (n, k) or (m, k) float64
+        NaN where a row or face has none.
+    mesh : Mesh
+    whole : bool
+        They are stored as whole numbers.
+    on_faces : bool
+    """
+    if whole and (on_faces or _are_same_over_faces(values[mesh.faces])):
+        return label_attribute(name, values, mesh, on_faces=on_faces)
+    greatest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0)) or 1.0
+    return _attribute(name, "color", values, mesh, CUSTOM_LEVELS / greatest, on_faces)
+
+
+def label_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, on_faces: bool = False) -> Attribute:
+    """What names something, and has nothing between two values."""
+    return _attribute(name, "feature", values, mesh, 1.0, on_faces)
+
+
+def _attribute(name: str, kind: str, values: NDArray[np.float64], mesh: Mesh, step: float, on_faces: bool) -> Attribute:
+    steps = np.full((len(mesh.parts), values.shape[1]), step)
+    return Attribute((FACE if on_faces else "") + name, kind, values, steps, on_faces)
+
+
+def _are_same_over_faces(corners: NDArray[np.float64]) -> bool:
+    return bool(np.all((corners == corners[:, :1]) | np.isnan(corners)))
+
+
+def attach_attributes(mesh: Mesh, attributes: list[Attribute]) -> None:
+    """Give a mesh what its rows and faces carry, as far as any has it, and name it for each part."""
+    for one in attributes:
+        blank = np.asarray(np.isnan(one.values).all(axis=1))
+        of_face = ~(blank if one.on_faces else blank[mesh.faces].all(axis=1))
+        if of_face.any():
+            mesh.attributes.append(one)
+            for part in np.unique(mesh.part_of_face[of_face]):
+                mesh.parts[part].attributes += (one.name,)
