@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .errors import InputError
@@ -215,6 +215,11 @@ class SimplifiedMesh:
             return attribute.values[self.face]
         changed = self.changed.get(attribute.name)
         return attribute.values[self.row] if changed is None else changed
+
+
+def cast_indices(values: ArrayLike) -> Indices:
+    """Cast whole numbers to the contiguous int32 array that kernels take."""
+    return np.ascontiguousarray(values, np.int32)
 
 
 def check_indices(corners: NDArray[Any], count: int) -> None:
