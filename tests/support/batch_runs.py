@@ -23,7 +23,7 @@ PATIENCE = 120.0
 
 MISBEHAVING = """
 import os, signal, time
-import bldsimp.file
+import bldsimp.job
 
 good = bldsimp.job.simplify_file
 

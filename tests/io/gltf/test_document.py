@@ -226,7 +226,7 @@ def test_work_grows_with_the_meshes_and_not_with_their_square() -> None:
 
 class TestNormals:
     @pytest.fixture
-    def resolve_normals(self) -> Gltf:
+    def shaded(self) -> Gltf:
         """A box with one vertex for each corner of each side, and the sides' normals."""
         points, faces = box()
         corners = points[faces].reshape(-1, 3)
