@@ -6,11 +6,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .api import Facet, Simplified, simplify, simplify_scene
+    from .api import Facet, Simplified, simplify
     from .errors import BldsimpError, InputError, InternalError, OutputError, TopologyError, UsageError
     from .model import Mesh, Part, Scene, SimplifiedMesh
     from .options import Options, Tolerance
     from .report import Report
+    from .scene import simplify_scene
     from .triangulation import Triangulation, triangulate
 
 __version__ = "0.1.0"
@@ -42,7 +43,8 @@ _HOMES = {
     "options": ("Options", "Tolerance"),
     "report": ("Report",),
     "model": ("SimplifiedMesh", "Mesh", "Part", "Scene"),
-    "api": ("Facet", "Simplified", "simplify", "simplify_scene"),
+    "api": ("Facet", "Simplified", "simplify"),
+    "scene": ("simplify_scene",),
     "triangulation": ("Triangulation", "triangulate"),
 }
 

@@ -1,11 +1,7 @@
-"""What users call: a scene, a `trimesh.Trimesh` or plain arrays, made light."""
+"""What users call: simplify a `trimesh.Trimesh` or plain arrays."""
 
 from __future__ import annotations
 
-import dataclasses
-import itertools
-import time
-from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,19 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core
 from .errors import InputError
-from .model import MOST_NAMED, Mesh, Part, Points, Scene, SimplifiedMesh, attach_attributes, check_finite
+from .model import MOST_NAMED, Faces, Mesh, Part, Points, Scene, attach_attributes, cast_indices, check_finite
 from .options import Options, Tolerance, check_length, parse_tolerance
-from .pipeline import counted, simplify_mesh
-from .report import DroppedPart, Report, passed_on
+from .report import Report
 from .result import MeshResult
-from .stages.assembled import Rung
-from .stages.attributes import followed, left
-from .stages.removal import Dropped, without_small
-from .stages.rings import trace_rings
-from .tolerance import blur, diagonal, number_format, resolve_tolerance, scale, transform_points
-from .trimesh_adapter import attributes_of, carried_by, corner_values, give, image_of
+from .scene import simplify_meshes
+from .stages.outlines import trace_rings
+from .tolerance import number_format
+from .trimesh_adapter import build_attributes, collect_columns, find_image, gather_corner_values, restore_attributes
 from .unique_rows import find_unique_rows
 
 
@@ -50,42 +42,42 @@ class Facet:
 
 @dataclass
 class Simplified:
-    """A mesh made light.
+    """A simplified mesh.
 
     Attributes
     ----------
     mesh : same kind as the input
-        `trimesh.Trimesh`, with its UV, material, colours and other arrays of vertices and faces, or a tuple of points
+        `trimesh.Trimesh`, with its UV, material, colors and other arrays of vertices and faces, or a tuple of points
         (n, 3) float64 and faces (m, 3) int32.
     report : Report
     """
 
     mesh: Any
     report: Report
-    _outcome: MeshResult
+    _result: MeshResult
 
     @cached_property
     def facets(self) -> list[Facet]:
         """Facets that the result still shows, in order of their first face."""
-        outcome = self._outcome
-        if not len(outcome.triangles):
+        result = self._result
+        if not len(result.triangles):
             return []
-        compact = np.unique(outcome.triangles, return_inverse=True)[1]
-        triangles = compact.reshape(-1, 3).astype(np.int32)
-        order = np.argsort(outcome.facet_of_face, kind="stable")
-        start = np.searchsorted(outcome.facet_of_face[order], np.arange(len(outcome.rung)))
-        faces = np.split(outcome.source[order], start)[1:]
-        order = np.argsort(outcome.facet_of_triangle, kind="stable")
-        shown, start = np.unique(outcome.facet_of_triangle[order], return_index=True)
+        compact = np.unique(result.triangles, return_inverse=True)[1]
+        triangles = cast_indices(compact.reshape(-1, 3))
+        order = np.argsort(result.facet_of_face, kind="stable")
+        start = np.searchsorted(result.facet_of_face[order], np.arange(len(result.level)))
+        faces = np.split(result.source[order], start)[1:]
+        order = np.argsort(result.facet_of_triangle, kind="stable")
+        shown, start = np.unique(result.facet_of_triangle[order], return_index=True)
         groups = np.split(triangles[order], start[1:])
         return [
-            Facet(outcome.planes[f, :3], np.sort(faces[f]), trace_rings(group))
+            Facet(result.planes[f, :3], np.sort(faces[f]), trace_rings(group))
             for f, group in zip(shown, groups, strict=True)
         ]
 
 
 def simplify(mesh: Any, tolerance: float | str | Tolerance | None = None) -> Simplified:
-    """Make a mesh light: facets keep their corners, and lose every other point.
+    """Simplify a mesh: merge its coplanar faces, and keep only the points that their outlines need.
 
     Parameters
     ----------
@@ -122,42 +114,42 @@ def simplify(mesh: Any, tolerance: float | str | Tolerance | None = None) -> Sim
     A square of eight triangles round a needless point in the middle:
 
     >>> points = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [2, 2, 0], [1, 2, 0], [0, 2, 0], [0, 1, 0], [1, 1, 0]]
-    >>> light = simplify((points, [[i, (i + 1) % 8, 8] for i in range(8)]))
-    >>> light.report.before.points, light.report.after.points
+    >>> result = simplify((points, [[i, (i + 1) % 8, 8] for i in range(8)]))
+    >>> result.report.before.points, result.report.after.points
     (9, 4)
     """
-    chosen = _tolerance_of(tolerance)
+    chosen = _read_tolerance(tolerance)
     # A primitive of trimesh (a box, a sphere) is not made of arrays; the mesh that it stands for is.
     mesh = mesh.to_mesh() if hasattr(mesh, "primitive") and hasattr(mesh, "to_mesh") else mesh
     is_trimesh = hasattr(mesh, "vertices") and hasattr(mesh, "faces")
-    scene = _scene_of(*((mesh.vertices, mesh.faces) if is_trimesh else _pair(mesh)))
+    scene = _make_scene(*((mesh.vertices, mesh.faces) if is_trimesh else _split_pair(mesh)))
     if is_trimesh and len(mesh.faces):
         own = scene.meshes[0]
-        attach_attributes(own, attributes_of(own, carried_by(mesh), [image_of(mesh)]))
-    outcomes, report = simplify_meshes(scene, Options(tolerance=chosen))
-    result = _as_trimesh(mesh, scene.meshes[0], outcomes[0]) if is_trimesh else _as_arrays(outcomes[0])
-    return Simplified(result, report, outcomes[0])
+        attach_attributes(own, build_attributes(own, collect_columns(mesh), [find_image(mesh)]))
+    results, report = simplify_meshes(scene, Options(tolerance=chosen))
+    result = _to_trimesh(mesh, scene.meshes[0], results[0]) if is_trimesh else _to_arrays(results[0])
+    return Simplified(result, report, results[0])
 
 
-def _as_arrays(outcome: MeshResult) -> tuple[Points, NDArray[np.int32]]:
-    """Points and faces of a result."""
-    used, compact = np.unique(outcome.triangles, return_inverse=True)
-    return outcome.points[used], compact.reshape(-1, 3).astype(np.int32)
+def _to_arrays(result: MeshResult) -> tuple[Points, Faces]:
+    """Return the points and faces of a result."""
+    used, compact = np.unique(result.triangles, return_inverse=True)
+    return result.points[used], cast_indices(compact.reshape(-1, 3))
 
 
-def _as_trimesh(given: Any, mesh: Mesh, outcome: MeshResult) -> Any:
-    """A result of the same class as what was given, with its UV, material, colours, other arrays and metadata.
+def _to_trimesh(given: Any, mesh: Mesh, result: MeshResult) -> Any:
+    """Make a result of the same class as what was given, with its UV, material, colors, other arrays and metadata.
 
     Points that need several values, as along a seam, are repeated after all others.
     """
-    points, faces = _as_arrays(outcome)
+    points, faces = _to_arrays(result)
     kind = type(given)
     if not mesh.attributes or not len(faces):
         made = kind(vertices=points, faces=faces, process=False)
-        give(made, given, mesh, outcome.light, np.empty(0, np.int64))
+        restore_attributes(made, given, mesh, result.mesh, np.empty(0, np.int64))
         return made
     corners = faces.reshape(-1)
-    first, inverse = find_unique_rows(np.hstack([corners[:, None], corner_values(mesh, outcome.light)]))
+    first, inverse = find_unique_rows(np.hstack([corners[:, None], gather_corner_values(mesh, result.mesh)]))
     point = corners[first]
     own = np.unique(point, return_index=True)[1]
     extra = np.setdiff1d(np.arange(len(first)), own)
@@ -165,129 +157,12 @@ def _as_trimesh(given: Any, mesh: Mesh, outcome: MeshResult) -> Any:
     vertex = np.empty(len(order), np.int32)
     vertex[order] = np.arange(len(order))
     made = kind(vertices=points[point[order]], faces=vertex[inverse].reshape(-1, 3), process=False)
-    give(made, given, mesh, outcome.light, first[order])
+    restore_attributes(made, given, mesh, result.mesh, first[order])
     return made
 
 
-def simplify_scene(
-    scene: Scene, options: Options, progress: _core.Progress | None = None
-) -> tuple[list[SimplifiedMesh], Report]:
-    """Make every mesh of a scene light.
-
-    Parameters
-    ----------
-    scene : Scene
-    options : Options
-    progress : Progress, optional
-        See `simplify_mesh`.
-
-    Returns
-    -------
-    lights : list of SimplifiedMesh
-        One per mesh.
-    report : Report
-        Without what writing adds: `rounding`, and `after`'s vertices and bytes.
-    """
-    outcomes, report = simplify_meshes(scene, options, progress=progress)
-    return [outcome.light for outcome in outcomes], report
-
-
-def simplify_meshes(
-    scene: Scene, options: Options, *, with_layout: bool = False, progress: _core.Progress | None = None
-) -> tuple[list[MeshResult], Report]:
-    """Make every mesh of a scene light, and tell all that is known of each.
-
-    Parameters
-    ----------
-    scene : Scene
-    options : Options
-    with_layout, progress
-        See `simplify_mesh`.
-
-    Returns
-    -------
-    outcomes : list of MeshResult
-        One per mesh.
-    report : Report
-        As of `simplify_scene`.
-    """
-    start = time.perf_counter()
-    report = Report(
-        tolerance=resolve_tolerance(scene, options.tolerance),
-        diagonal=diagonal(scene),
-        epsilon=blur(scene),
-        warnings=list(scene.warnings),
-    )
-    report.before.bytes = scene.size
-    outcomes = []
-    for mesh, (kept, small) in zip(scene.meshes, _without_small(scene, options, report), strict=True):
-        stretch = scale(mesh) or 1.0
-        local = dataclasses.replace(options, weld=options.weld / stretch)
-        given = mesh if kept is None else left(mesh, kept)
-        outcome = simplify_mesh(given, report.tolerance / stretch, local, with_layout=with_layout, progress=progress)
-        if kept is not None:
-            outcome.light, outcome.source = followed(kept, outcome.light), kept.face[outcome.source]
-            outcome.before = counted(mesh, local)
-            outcome.dropped = small + outcome.dropped
-        outcomes.append(outcome)
-        _tell(report, mesh, outcome, options, stretch)
-        report.passed_on += [passed_on(part) for part in mesh.parts if part.fixed]
-    report.before.watertight = all(outcome.before.watertight for outcome in outcomes)
-    report.after.watertight = all(outcome.after.watertight for outcome in outcomes)
-    report.seconds = time.perf_counter() - start
-    return outcomes, report
-
-
-def _without_small(scene: Scene, options: Options, report: Report) -> list[tuple[SimplifiedMesh | None, list[Dropped]]]:
-    """What is left of meshes without components smaller than `min_part`, and what went.
-
-    Tells of what stays although it is as small.
-    """
-    if options.min_part == 0.0:
-        return [(None, []) for _ in scene.meshes]
-    lights, dropped, staying = without_small(scene.meshes, options)
-    if staying:
-        words = "component smaller than {} stays" if staying == 1 else "components smaller than {} stay"
-        smaller = words.format(f"{options.min_part:g}")
-        report.warnings.append(f"{staying:,} {smaller}, since parts that are passed on are left alone")
-    return list(zip(lights, dropped, strict=True))
-
-
-def _tell(report: Report, mesh: Mesh, outcome: MeshResult, options: Options, stretch: float) -> None:
-    """Add one mesh to the report."""
-    report.deviation = max(report.deviation, outcome.deviation * stretch)
-    if any(one.kind == "uv" for one in mesh.attributes) and options.keeps("uv"):
-        report.texels = max(report.texels or 0.0, outcome.texels)
-    for total, own in ((report.before, outcome.before), (report.after, outcome.after)):
-        for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
-            setattr(total, name, getattr(total, name) + getattr(own, name))
-    report.before.vertices += len(mesh.used_points)
-    report.after.vertices += len(np.unique(outcome.light.faces))
-    report.facets += len(outcome.rung)
-    rungs = np.bincount(outcome.rung, minlength=len(Rung))
-    for rung in Rung:
-        name = rung.name.lower()
-        report.rungs[name] = report.rungs.get(name, 0) + int(rungs[rung])
-    report.reasons = dict(Counter(report.reasons) + Counter(outcome.reasons))
-    report.healed += outcome.healed
-    report.touching += outcome.touching
-    report.closed += outcome.closed
-    report.dropped += [_in_words(one, mesh) for one in outcome.dropped]
-    report.turned += outcome.turned
-    report.degenerate += outcome.degenerate
-    report.duplicate += outcome.duplicate
-
-
-def _in_words(dropped: Dropped, mesh: Mesh) -> DroppedPart:
-    """What went, by the name of its part and in world space."""
-    corners = np.array(list(itertools.product(*dropped.box.T)))
-    world = transform_points(corners, mesh.transforms[0]) if len(mesh.transforms) else corners
-    box = [world.min(axis=0).tolist(), world.max(axis=0).tolist()]
-    return DroppedPart(mesh.parts[dropped.part].name, dropped.triangles, box, dropped.reason)
-
-
-def _tolerance_of(given: Any) -> Tolerance:
-    """A tolerance as users give it."""
+def _read_tolerance(given: Any) -> Tolerance:
+    """Read a tolerance as users give it."""
     if given is None or isinstance(given, Tolerance):
         return given or Tolerance()
     if isinstance(given, str):
@@ -296,15 +171,15 @@ def _tolerance_of(given: Any) -> Tolerance:
     return Tolerance(float(given), "length")
 
 
-def _pair(mesh: Any) -> tuple[Any, Any]:
-    """Points and faces of what is no trimesh."""
+def _split_pair(mesh: Any) -> tuple[Any, Any]:
+    """Split what is no trimesh into points and faces."""
     if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
         return mesh[0], mesh[1]
     raise InputError(f"the mesh is of type {type(mesh).__name__}: give a trimesh.Trimesh or (points, faces)")
 
 
-def _rows(name: str, given: ArrayLike, kinds: str, wanted: str) -> NDArray[Any]:
-    """Rows of three numbers of some kinds; none at all have any shape and kind."""
+def _check_rows(name: str, given: ArrayLike, kinds: str, wanted: str) -> NDArray[Any]:
+    """Check rows of three numbers of some kinds; none at all have any shape and kind."""
     try:
         rows = np.asarray(given)
     except (TypeError, ValueError):
@@ -316,10 +191,10 @@ def _rows(name: str, given: ArrayLike, kinds: str, wanted: str) -> NDArray[Any]:
     return rows
 
 
-def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
-    """A scene of one mesh, its arrays checked and cast."""
-    own: Points = np.ascontiguousarray(_rows("points", points, "fiu", "(n, 3) real numbers"), np.float64)
-    corners = _rows("faces", faces, "iu", "(m, 3) integers")
+def _make_scene(points: ArrayLike, faces: ArrayLike) -> Scene:
+    """Make a scene of one mesh, its arrays checked and cast."""
+    own: Points = np.ascontiguousarray(_check_rows("points", points, "fiu", "(n, 3) real numbers"), np.float64)
+    corners = _check_rows("faces", faces, "iu", "(m, 3) integers")
     if len(corners) and (corners.min() < 0 or corners.max() >= len(own)):
         outside = np.flatnonzero(((corners < 0) | (corners >= len(own))).any(axis=1))
         raise InputError(f"faces {outside[:MOST_NAMED].tolist()} use points that are not there: there are {len(own)}")
@@ -327,7 +202,7 @@ def _scene_of(points: ArrayLike, faces: ArrayLike) -> Scene:
     mesh = Mesh(
         name="mesh",
         points=own,
-        faces=np.ascontiguousarray(corners, np.int32),
+        faces=cast_indices(corners),
         part_of_face=np.zeros(len(corners), np.int32),
         parts=[Part("mesh")],
     )

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 from . import _core
-from .api import simplify_scene
 from .io import read, write
 from .model import Scene, SimplifiedMesh
 from .options import Options
 from .report import Report
+from .scene import simplify_scene
 
 Work: TypeAlias = Callable[["_core.Progress | None"], tuple[list[SimplifiedMesh], Report]]
 

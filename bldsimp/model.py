@@ -21,6 +21,7 @@ Points = NDArray[np.float64]
 Faces = NDArray[np.int32]
 Indices = NDArray[np.int32]
 Flags = NDArray[np.uint8]
+Values = NDArray[np.float64]
 
 FACE = "FACE_"
 """Names of what faces carry begin with this."""
@@ -145,9 +146,7 @@ class Mesh:
     @cached_property
     def box(self) -> Points:
         """Least and greatest coordinates of the used points, (2, 3); infinite where there are none."""
-        columns = self.used_points.T
-        low = [column.min(initial=np.inf) for column in columns]
-        return np.array([low, [column.max(initial=-np.inf) for column in columns]])
+        return measure_box(self.used_points)
 
 
 @dataclass
@@ -209,12 +208,25 @@ class SimplifiedMesh:
     face: NDArray[np.int32]
     changed: dict[str, NDArray[np.float64]] = field(default_factory=dict)
 
+    def add_rows(self, added: NDArray[np.integer[Any]]) -> None:
+        """Add copies of some rows at the end."""
+        self.points = np.concatenate([self.points, self.points[added]])
+        self.row = np.concatenate([self.row, self.row[added]])
+        self.changed = {name: np.concatenate([old, old[added]]) for name, old in self.changed.items()}
+
     def values(self, attribute: Attribute) -> NDArray[np.float64]:
-        """Values of an attribute of the mesh, one for each row, or for each face."""
+        """Return the values of an attribute of the mesh, one for each row, or for each face."""
         if attribute.on_faces:
             return attribute.values[self.face]
         changed = self.changed.get(attribute.name)
         return attribute.values[self.row] if changed is None else changed
+
+
+def measure_box(points: Points) -> Points:
+    """Return the least and greatest coordinates of points, (2, 3); infinite where there are none."""
+    columns = points.T
+    low = [column.min(initial=np.inf) for column in columns]
+    return np.array([low, [column.max(initial=-np.inf) for column in columns]])
 
 
 def cast_indices(values: ArrayLike) -> Indices:

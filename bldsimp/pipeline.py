@@ -2,18 +2,40 @@
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
-from .model import Mesh
+from .model import Flags, Indices, Mesh, Points, measure_box
 from .options import AUTO_DIAGONAL, DEFAULTS, STAGED_DIAGONAL, Options
-from .report import Counts
-from .result import MeshResult, counts
-from .stages.attributes import Looks, left
-from .stages.collapse import collapsed
-from .stages.planar import lossless
-from .stages.weld import weld
+from .result import MeshResult, StageResults, compose_result
+from .stages.attributes import KeptAttributes, label_surface
+from .stages.collapse import collapse_edges
+from .stages.facets import derive_limits
+from .stages.orient import orient
+from .stages.planar import merge_coplanar, merge_remaining
+from .stages.removal import remove_details
+from .stages.surface import FREE, GOES, STAYS
+from .stages.weld import WeldedMesh, weld
 from .tolerance import frame
+
+
+@dataclass(frozen=True)
+class DecidedPoints:
+    """Points of a mesh whose fate is decided outside of it, as for borders that meshes share.
+
+    Attributes
+    ----------
+    rows : (k,) int32
+        Rows of the mesh's points.
+    stays : (k,) bool
+        Whether the point stays at its place; one that does not is dropped from its chain, unless its facets need it.
+    """
+
+    rows: Indices
+    stays: NDArray[np.bool_]
 
 
 def simplify_mesh(
@@ -21,7 +43,9 @@ def simplify_mesh(
     tolerance: float,
     options: Options = DEFAULTS,
     *,
-    with_layout: bool = False,
+    welded: WeldedMesh | None = None,
+    decided: DecidedPoints | None = None,
+    keep_layout: bool = False,
     progress: _core.Progress | None = None,
 ) -> MeshResult:
     """Simplify one mesh.
@@ -32,8 +56,12 @@ def simplify_mesh(
     tolerance : float
         How far any point of the surface may move; model units of the mesh's own frame.
     options : Options
-        `weld` (model units of the mesh's own frame) and `delimit`.
-    with_layout : bool
+        `weld` (model units of the mesh's own frame), `delimit` and what else the stages name.
+    welded : WeldedMesh, optional
+        The mesh as `weld_mesh` gives it, if that was called before.
+    decided : DecidedPoints, optional
+        Points whose fate is decided outside.
+    keep_layout : bool
         Keep what another triangulation of the same facets needs.
     progress : Progress, optional
         Counts points that a wide tolerance drops, while it does.
@@ -47,25 +75,43 @@ def simplify_mesh(
     Nearly linear in the number of faces. The result depends on the coordinates alone: every stage works
     on points and faces in lexicographic order.
 
-    A wide tolerance is spent by collapses on what facets leave without loss. What they leave is made of facets
+    A wide tolerance is spent by collapses on what facets leave without loss. The result is made of facets
     again, so that its triangles are as well shaped as any.
     """
-    fine = AUTO_DIAGONAL * frame(mesh.box)[1]
-    if tolerance <= STAGED_DIAGONAL / AUTO_DIAGONAL * fine:
-        return lossless(mesh, tolerance, options, with_layout=with_layout)
-    first = lossless(mesh, fine, options, with_layout=with_layout)
-    rest = tolerance - first.deviation - fine
+    attributes = KeptAttributes(mesh, options)
+    welded = weld_mesh(mesh, options) if welded is None else welded
+    exact = rounding_tolerance(welded.points)
+    wide = tolerance > STAGED_DIAGONAL / AUTO_DIAGONAL * exact
+    limits = derive_limits(measure_box(welded.points), exact if wide else tolerance, welded.moved)
+    welded, halfedges = orient(welded, mesh.passed_on[mesh.part_of_face[welded.source]], limits.width)
+    labeled = label_surface(attributes, welded, halfedges, _flag_points(welded, decided), limits, across_facets=wide)
+    given = StageResults(welded, halfedges, labeled.charts)
+    given.merged.append(merge_coplanar(labeled.surface, halfedges, labeled.facets, limits))
+    left = tolerance - given.deviation - exact
     # Where nothing has area, or welding has used the tolerance up, there is nothing to collapse.
-    if not len(first.rung) or rest <= fine:
-        return first
-    second = collapsed(left(mesh, first.light), first, rest, options, progress)
-    done = first.followed_by(second)
-    welded = dataclasses.replace(options, weld=0.0)
-    return done.followed_by(lossless(left(mesh, done.light), fine, welded, with_layout=with_layout))
+    if wide and len(welded.faces) and left > exact:
+        surface = given.merged[0].take_result().without_copies(attributes.find_layers())
+        given.details = remove_details(mesh, surface, attributes.find_textured_parts(), left, options)
+        given.collapsed = collapse_edges(mesh, surface, given.details, left, progress)
+        given.merged.append(merge_remaining(given.collapsed.surface, exact))
+    return compose_result(mesh, attributes, given, keep_layout=keep_layout)
 
 
-def counted(mesh: Mesh, options: Options) -> Counts:
-    """A mesh in numbers, as `simplify_mesh` counts before it does anything."""
-    welded, _ = weld(mesh, options.weld, Looks(mesh, options).layers())
-    count = len(welded.points)
-    return counts(count, len(mesh.faces), *_core.count_edges(welded.faces, count))
+def weld_mesh(mesh: Mesh, options: Options) -> WeldedMesh:
+    """Weld a mesh as `simplify_mesh` does before all else; `options.weld` in the mesh's own frame."""
+    return weld(mesh, options.weld, KeptAttributes(mesh, options).find_layers())
+
+
+def rounding_tolerance(points: Points) -> float:
+    """Return the tolerance within which nothing is lost that anyone could see; model units."""
+    return AUTO_DIAGONAL * frame(measure_box(points))[1]
+
+
+def _flag_points(welded: WeldedMesh, decided: DecidedPoints | None) -> Flags:
+    """Return what is decided of each welded point."""
+    flags = np.full(len(welded.points), FREE, np.uint8)
+    if decided is not None:
+        points = welded.point_of_row[decided.rows]
+        flags[points[~decided.stays]] = GOES
+        flags[points[decided.stays]] = STAYS
+    return flags

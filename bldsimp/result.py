@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import _core
-from .model import Faces, Indices, Points, SimplifiedMesh
+from .model import Faces, Flags, Indices, Mesh, Points, SimplifiedMesh, Values
 from .report import Counts
-from .stages.assembled import Layout
-from .stages.attributes import followed
-from .stages.removal import Dropped
+from .stages.attributes import AttributeCharts, KeptAttributes
+from .stages.collapse import CollapsedSurface
+from .stages.fallback import Layout
+from .stages.planar import MergedSurface, map_facets
+from .stages.provenance import Owners, TracedFaces, find_owners, place_rows, resolve_rows
+from .stages.removal import Details, Dropped
+from .stages.weld import WeldedMesh
 from .triangulation import Statistics
 
 
@@ -24,25 +26,26 @@ class MeshResult:
 
     Attributes
     ----------
-    light : SimplifiedMesh
+    mesh : SimplifiedMesh
+        The result in rows of the mesh.
     points : (n, 3) float64
-        Welded points of the input, in lexicographic order.
+        Distinct points, of which the result uses some.
     triangles : (k, 3) int32
-        The result over `points`.
-    facet_of_triangle, facet_of_light, facet_of_face : int32
-        Facets of the result's triangles over `points`, of those in rows of the mesh, and of the welded faces
-        of the input; -1 for a face of whose facet nothing is left.
+        The result over `points`; without parts that are passed on to the letter.
+    facet_of_triangle, facet_of_face : int32
+        Facets of the result's triangles, and of the welded faces of the input; -1 for a face of whose facet nothing
+        is left.
     source : (m,) int32
         Input face of each welded face.
     planes : (f, 5) float64
         Normal of each facet, and the least and greatest height of its points along it.
-    rung, unchanged : (f,) uint8
-        `Rung` of each facet; whether its own faces stayed.
+    level, unchanged : (f,) uint8
+        `Level` of each facet; whether its own faces stayed.
+    before, after : Counts
     deviation : float
         Certified bound, both ways.
     texels : float
         How far a texture has moved on its wall at most, along u or v.
-    before, after : Counts
     degenerate, duplicate : int
         Faces dropped since they repeat a point, or copy another face.
     turned, healed : int
@@ -50,26 +53,25 @@ class MeshResult:
     touching : int
         Points that stay only since sheets meet there inside of facets.
     reasons : dict of str to int
-        Why facets stand below the first rung.
+        Why facets were not simplified.
     dropped : list of Dropped
     closed : int
         Boundary loops that were closed.
     statistics : Statistics
         Of all triangulations.
     layout : Layout or None
-        What the last round triangulated, where asked for.
+        What was triangulated last, where asked for.
     """
 
-    light: SimplifiedMesh
+    mesh: SimplifiedMesh
     points: Points
     triangles: Faces
     facet_of_triangle: Indices
-    facet_of_light: Indices
     facet_of_face: Indices
     source: Indices
-    planes: NDArray[np.float64]
-    rung: NDArray[np.uint8]
-    unchanged: NDArray[np.uint8]
+    planes: Values
+    level: Flags
+    unchanged: Flags
     before: Counts
     after: Counts
     deviation: float = 0.0
@@ -85,50 +87,142 @@ class MeshResult:
     statistics: Statistics = field(default_factory=Statistics)
     layout: Layout | None = None
 
-    def followed_by(self, second: MeshResult) -> MeshResult:
-        """What two runs did together, of which the second worked on the result of the first."""
-        facet = _facet_after(self, second)
-        rung = second.rung.copy()
-        told = facet >= 0
-        np.maximum.at(rung, facet[told], self.rung[told])
-        return dataclasses.replace(
-            second,
-            light=followed(self.light, second.light),
-            facet_of_face=facet[self.facet_of_face],
-            source=self.source,
-            rung=rung,
-            before=self.before,
-            deviation=self.deviation + second.deviation,
-            texels=self.texels + second.texels,
-            degenerate=self.degenerate,
-            duplicate=self.duplicate,
-            turned=self.turned + second.turned,
-            healed=self.healed + second.healed,
-            reasons=dict(Counter(self.reasons) + Counter(second.reasons)),
-            dropped=self.dropped + second.dropped,
-            closed=self.closed + second.closed,
-            statistics=self.statistics + second.statistics,
-        )
+
+@dataclass
+class StageResults:
+    """What the stages gave for one mesh.
+
+    Attributes
+    ----------
+    welded : WeldedMesh
+    halfedges : Halfedges
+        Of its faces.
+    charts : AttributeCharts or None
+    merged : list of MergedSurface
+        The first of the welded mesh; the second, at a wide tolerance, of what edge collapses have left.
+    details : Details or None
+    collapsed : CollapsedSurface or None
+    """
+
+    welded: WeldedMesh
+    halfedges: _core.Halfedges
+    charts: AttributeCharts | None
+    merged: list[MergedSurface] = field(default_factory=list)
+    details: Details | None = None
+    collapsed: CollapsedSurface | None = None
+
+    @property
+    def deviation(self) -> float:
+        """How far the surface has moved at most; model units."""
+        first, *rest = self.merged
+        collapsed = 0.0 if self.collapsed is None else self.collapsed.deviation
+        return first.bound_deviation(self.welded.moved) + collapsed + sum(one.bound_deviation() for one in rest)
 
 
-def _facet_after(first: MeshResult, second: MeshResult) -> Indices:
-    """Facet of the second run that has the most triangles of each facet of the first, -1 where none is left."""
-    facet_of_row = first.facet_of_light[second.source]
-    pairs, count = np.unique(np.stack([facet_of_row, second.facet_of_face], axis=1), axis=0, return_counts=True)
-    order = np.lexsort((-pairs[:, 1], count))
-    facet = np.full(len(first.rung), -1, np.int32)
-    facet[pairs[order, 0]] = pairs[order, 1]
-    return facet
+def compose_result(
+    mesh: Mesh, attributes: KeptAttributes, given: StageResults, *, keep_layout: bool = False
+) -> MeshResult:
+    """Tell a result in rows of the mesh, with all that its corners carry, and count it.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    attributes : KeptAttributes
+        Of the mesh.
+    given : StageResults
+    keep_layout : bool
+        Keep what was triangulated last.
+    """
+    welded, first, last = given.welded, given.merged[0], given.merged[-1]
+    surface, assembly, parent = last.surface, last.assembly, last.find_parents()
+    part = mesh.part_of_face[welded.source]
+    owners = find_owners(first.facets.facet_of_face, first.surface.label, part, first.assembly.unchanged)
+    traced = TracedFaces(
+        surface.origin[assembly.triangles], last.find_corner_facets(), surface.source[parent], surface.label[parent]
+    )
+    result, label, foreign = resolve_rows(mesh, welded, traced, owners)
+    if given.collapsed is not None:
+        result.points = place_rows(mesh.points, welded, surface)
+    attributes.update_values(result, mesh.points, foreign, label, given.charts)
+    facet_of_facet, level = _trace_facets(given)
+    open_edges, nonmanifold_edges = given.halfedges.open_edges, given.halfedges.nonmanifold_edges
+    return MeshResult(
+        mesh=result,
+        points=surface.points,
+        triangles=assembly.triangles,
+        facet_of_triangle=assembly.facet_of_triangle,
+        facet_of_face=facet_of_facet[first.facets.facet_of_face],
+        source=welded.source,
+        planes=last.facets.planes,
+        level=level,
+        unchanged=assembly.unchanged,
+        before=count_surface(len(welded.points), len(mesh.faces), (open_edges, nonmanifold_edges)),
+        after=count_surface(
+            assembly.count_points(), len(result.faces), _core.count_edges(assembly.triangles, len(surface.points))
+        ),
+        deviation=given.deviation,
+        texels=_bound_texels(given, attributes, owners),
+        degenerate=welded.degenerate,
+        duplicate=welded.duplicate,
+        turned=welded.turned,
+        healed=sum(one.assembly.healed for one in given.merged),
+        touching=assembly.touching,
+        reasons=_count_reasons(given),
+        dropped=[] if given.details is None else given.details.dropped,
+        closed=0 if given.details is None else given.details.closed,
+        statistics=sum((one.assembly.statistics for one in given.merged), Statistics()),
+        layout=assembly.layout if keep_layout else None,
+    )
 
 
-def counts_of(triangles: Faces, points: Points, light: SimplifiedMesh) -> Counts:
-    """A result in numbers."""
-    used = int(np.count_nonzero(np.bincount(triangles.reshape(-1))))
-    return counts(used, len(light.faces), *_core.count_edges(triangles, len(points)))
+def _trace_facets(given: StageResults) -> tuple[Indices, Flags]:
+    """Return, for each facet found first, the one of the result that has most of it, and the level of those.
+
+    -1 stands for a facet of which nothing is left.
+    """
+    level = given.merged[0].assembly.level
+    if given.collapsed is None:
+        return np.arange(len(level), dtype=np.int32), level
+    collapsed, last = given.collapsed, given.merged[-1]
+    assert collapsed.surface.facet is not None
+    held = map_facets(collapsed.facet_before, collapsed.facet_after, len(level))
+    shown = map_facets(collapsed.surface.facet, last.facets.facet_of_face, len(level))
+    facet = np.where(held >= 0, shown[held], np.int32(-1))
+    joined = last.assembly.level.copy()
+    np.maximum.at(joined, facet[facet >= 0], level[facet >= 0])
+    return facet, joined
 
 
-def counts(points: int, triangles: int, open_edges: int, nonmanifold_edges: int) -> Counts:
-    """What a mesh has, as the report tells it; vertices and bytes are the writer's."""
+def _bound_texels(given: StageResults, attributes: KeptAttributes, owners: Owners) -> float:
+    """Bound how far a texture has moved on its wall, along u or v; texels."""
+    charts, welded = given.charts, given.welded
+    if charts is None:
+        return 0.0
+    shift = attributes.bound_weld_shift(welded, charts) if welded.moved > 0 else 0.0
+    if given.collapsed is not None and given.collapsed.changed:
+        return float(charts.texels.max(initial=0.0)) + shift
+    label = owners.label_of_facet[owners.unchanged == 0]
+    return float(charts.texels[label[label >= 0]].max(initial=0.0)) + shift
+
+
+def _count_reasons(given: StageResults) -> dict[str, int]:
+    """Count why facets were not simplified."""
+    reasons: Counter[str] = Counter()
+    for one in given.merged:
+        reasons.update({cause.name.lower(): count for cause, count in one.assembly.causes.items()})
+    return dict(reasons)
+
+
+def count_surface(points: int, triangles: int, edges: tuple[int, int]) -> Counts:
+    """Count what a surface has; vertices and bytes are the writer's.
+
+    Parameters
+    ----------
+    points, triangles : int
+    edges : (int, int)
+        Edges of one face, and of more than two.
+    """
+    open_edges, nonmanifold_edges = edges
     return Counts(
         points=points,
         triangles=triangles,

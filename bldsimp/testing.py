@@ -1,54 +1,66 @@
-"""Checks of results against their promises; each raises `InternalError` that says what is broken."""
+"""Check results against their promises; each check raises `InternalError` that says what is broken."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
 from .errors import InternalError
-
-if TYPE_CHECKING:
-    from .triangulation import Triangulation
+from .unique_rows import join_pairs
 
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 
+@dataclass(frozen=True)
+class Triangulated:
+    """The arrays of a `Triangulation`, which tells what each is."""
+
+    points: NDArray[np.float64]
+    triangles: NDArray[np.int32]
+    neighbors: NDArray[np.int32]
+    point_of_input: NDArray[np.int32]
+    segments: NDArray[np.int32]
+    input_segment: NDArray[np.int32]
+    constraints: NDArray[np.int32]
+    carved: bool
+
+
 class _Halfedges:
     """Halfedge ``3 t + i`` runs from corner ``i`` of triangle ``t`` to the next corner."""
 
-    def __init__(self, triangles: NDArray[np.int32], neighbours: NDArray[np.int32], point_count: int) -> None:
+    def __init__(self, triangles: NDArray[np.int32], neighbors: NDArray[np.int32], point_count: int) -> None:
         self.count = triangles.size
         self.start = triangles.astype(np.int64).ravel()
         self.end = np.roll(triangles, -1, axis=1).astype(np.int64).ravel()
         self.apex = np.roll(triangles, -2, axis=1).astype(np.int64).ravel()
         edges = np.arange(self.count)
         self.next = edges - edges % 3 + (edges + 1) % 3
-        self.across = np.roll(neighbours, 1, axis=1).ravel()
+        self.across = np.roll(neighbors, 1, axis=1).ravel()
         self.key = self.start * point_count + self.end
         self.reverse_key = self.end * point_count + self.start
         self.twin = self._find(self.reverse_key)
 
     def _find(self, keys: Ints) -> Ints:
-        """Halfedge with each key, -1 for none."""
+        """Find the halfedge with each key, -1 for none."""
         order = np.argsort(self.key, kind="stable")
         place = np.minimum(np.searchsorted(self.key[order], keys), self.count - 1)
         found = order[place]
         return np.where(self.key[found] == keys, found, -1)
 
 
-def check_triangulation(result: Triangulation) -> None:
+def check_triangulation(result: Triangulated) -> None:
     """Check every promise of a triangulation; see `Triangulation.validate`."""
     _check_pieces(result)
     if len(result.triangles) == 0:
         _check_empty(result)
         return
     _check_rows(result)
-    edges = _Halfedges(result.triangles, result.neighbours, len(result.points))
-    _check_neighbours(edges)
+    edges = _Halfedges(result.triangles, result.neighbors, len(result.points))
+    _check_neighbors(edges)
     _check_directions(result)
     constrained = _constrained(result, edges)
     _check_delaunay(result, edges, constrained)
@@ -65,7 +77,7 @@ def _require(broken: Flags | np.bool_, message: str) -> None:
         raise InternalError(f"{message}: {rows[0]}" + (f" and {len(rows) - 1} more" if len(rows) > 1 else ""))
 
 
-def _check_rows(result: Triangulation) -> None:
+def _check_rows(result: Triangulated) -> None:
     triangles = result.triangles
     _require(((triangles < 0) | (triangles >= len(result.points))).any(axis=1), "triangle out of range")
     represented = np.arange(len(result.points))
@@ -73,24 +85,24 @@ def _check_rows(result: Triangulation) -> None:
     _require((represented[triangles] != triangles).any(axis=1), "triangle with a repeated point")
 
 
-def _check_neighbours(edges: _Halfedges) -> None:
+def _check_neighbors(edges: _Halfedges) -> None:
     _require(np.bincount(np.unique(edges.key, return_inverse=True)[1]) > 1, "directed edge used twice")
     expected = np.where(edges.twin < 0, -1, edges.twin // 3)
     _require(expected != edges.across, "neighbour across a halfedge is wrong")
 
 
-def _check_directions(result: Triangulation) -> None:
+def _check_directions(result: Triangulated) -> None:
     a, b, c = (np.ascontiguousarray(result.points[result.triangles[:, i]]) for i in range(3))
     _require(_core.orient2d(a, b, c) <= 0, "triangle not counter-clockwise")
 
 
-def _constrained(result: Triangulation, edges: _Halfedges) -> Flags:
+def _constrained(result: Triangulated, edges: _Halfedges) -> Flags:
     count = len(result.points)
     a, b = result.segments[:, 0].astype(np.int64), result.segments[:, 1].astype(np.int64)
     return np.isin(edges.key, np.concatenate([a * count + b, b * count + a]))
 
 
-def _check_delaunay(result: Triangulation, edges: _Halfedges, constrained: Flags) -> None:
+def _check_delaunay(result: Triangulated, edges: _Halfedges, constrained: Flags) -> None:
     inner = np.flatnonzero(~constrained & (edges.twin > np.arange(edges.count)))
     a, b, p = edges.start[inner], edges.end[inner], edges.apex[inner]
     q = edges.apex[edges.twin[inner]]
@@ -102,7 +114,7 @@ def _check_delaunay(result: Triangulation, edges: _Halfedges, constrained: Flags
     _require((side == 0) & (least_pq < least_ab), "cocircular tie broken against the order of points")
 
 
-def _check_pieces(result: Triangulation) -> None:
+def _check_pieces(result: Triangulated) -> None:
     """Pieces of each segment form a chain from its first to its second end."""
     ends = result.point_of_input[result.constraints]
     long = np.flatnonzero(ends[:, 0] != ends[:, 1])
@@ -125,7 +137,7 @@ def _check_pieces(result: Triangulation) -> None:
     _require((pieces != ends[long[straight]]).any(axis=1), "the one piece of a segment is not the segment")
 
 
-def _check_constraints(result: Triangulation, edges: _Halfedges) -> None:
+def _check_constraints(result: Triangulated, edges: _Halfedges) -> None:
     """Every piece is an edge; where carved away, at least no triangle lies across it."""
     count = len(result.points)
     a, b = result.segments[:, 0].astype(np.int64), result.segments[:, 1].astype(np.int64)
@@ -141,27 +153,18 @@ def _check_constraints(result: Triangulation, edges: _Halfedges) -> None:
         _require((right < 0) & (left > 0), f"triangle across piece {row} of a segment, around its start")
 
 
-def _classes(count: int, first: Ints, second: Ints) -> int:
+def _count_joined(count: int, first: Ints, second: Ints) -> int:
     """Count what is left of `count` things when pairs of them are joined."""
-    label = np.arange(count)
-    while True:
-        least = np.minimum(label[first], label[second])
-        joined = label.copy()
-        np.minimum.at(joined, label[first], least)
-        np.minimum.at(joined, label[second], least)
-        joined = joined[joined]
-        if (joined == label).all():
-            return len(np.unique(label))
-        label = joined
+    return len(np.unique(join_pairs(count, first, second)))
 
 
 def _check_euler(edges: _Halfedges) -> Flags:
     """Check that every component is a piece of the plane; returns the halfedges on its border."""
     inner = np.flatnonzero(edges.twin >= 0)
     twin = edges.twin[inner]
-    components = _classes(edges.count // 3, inner // 3, twin // 3)
+    components = _count_joined(edges.count // 3, inner // 3, twin // 3)
     # A point where parts of the border touch counts once for each fan of triangles around it.
-    fans = _classes(edges.count, inner, edges.next[twin])
+    fans = _count_joined(edges.count, inner, edges.next[twin])
     border = edges.twin < 0
     open_edges = np.flatnonzero(border)
     following = edges.next[open_edges]
@@ -169,7 +172,7 @@ def _check_euler(edges: _Halfedges) -> Flags:
         following = np.where(border[following], following, edges.next[edges.twin[following]])
     place = np.full(edges.count, -1)
     place[open_edges] = np.arange(len(open_edges))
-    loops = _classes(len(open_edges), np.arange(len(open_edges)), place[following])
+    loops = _count_joined(len(open_edges), np.arange(len(open_edges)), place[following])
     edge_count = len(open_edges) + len(inner) // 2
     if fans - edge_count + edges.count // 3 != 2 * components - loops:
         raise InternalError(
@@ -179,7 +182,7 @@ def _check_euler(edges: _Halfedges) -> Flags:
     return border
 
 
-def _check_hull(result: Triangulation, edges: _Halfedges, border: Flags) -> None:
+def _check_hull(result: Triangulated, edges: _Halfedges, border: Flags) -> None:
     """All points are used, and the border is one loop that nowhere turns right."""
     used = np.zeros(len(result.points), np.bool_)
     used[result.triangles.ravel()] = True
@@ -193,11 +196,11 @@ def _check_hull(result: Triangulation, edges: _Halfedges, border: Flags) -> None
         raise InternalError("the hull passes a point twice")
     turns = [edges.start[rim], edges.end[rim], after[edges.end[rim]]]
     _require(_core.orient2d(*(np.ascontiguousarray(result.points[i]) for i in turns)) < 0, "hull not convex")
-    if _classes(len(result.points), edges.start[rim], edges.end[rim]) != len(result.points) - len(rim) + 1:
+    if _count_joined(len(result.points), edges.start[rim], edges.end[rim]) != len(result.points) - len(rim) + 1:
         raise InternalError("the hull is not one loop")
 
 
-def _check_empty(result: Triangulation) -> None:
+def _check_empty(result: Triangulated) -> None:
     """Without carving there are no triangles only if all points are collinear."""
     if result.carved or len(result.points) < 3:
         return

@@ -1,19 +1,19 @@
-"""Constrained Delaunay triangulation by morphological recognition: the Python face of the core."""
+"""Triangulate points under constraints by morphological recognition: the Python face of the core."""
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import astuple, dataclass
 from operator import add
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .errors import InputError, TopologyError
-
-if TYPE_CHECKING:
-    from .model import Faces, Points
+from .model import Faces, Points
+from .testing import Triangulated, check_triangulation
 
 MOST_POINTS = 2**28
 """Halfedges are numbered by 32 bits, four to a triangle, two triangles to a point."""
@@ -51,7 +51,7 @@ class Statistics:
 
 
 @dataclass(frozen=True)
-class Triangulation:
+class Triangulation(Triangulated):
     """Triangles of points in the plane, Delaunay but for the segments among their edges.
 
     Attributes
@@ -60,12 +60,12 @@ class Triangulation:
         The input's points first, in their order, then those where segments cross.
     triangles : (k, 3) int32
         Rows of `points`, counter-clockwise; of equal points only the lowest row occurs.
-    neighbours : (k, 3) int32
+    neighbors : (k, 3) int32
         Row of `triangles` across the edge opposite each corner; -1 where there is none.
     point_of_input : (m,) int32
         Lowest row of an equal point, per input point.
     segments : (s, 2) int32
-        The input's segments as realised: pieces between points next to each other on them, in the
+        The input's segments as realized: pieces between points next to each other on them, in the
         order of the input and along each segment. Rows of `points`. Where several segments share a
         piece, it occurs once for each; a segment of no length does not occur.
     input_segment : (s,) int32
@@ -77,20 +77,18 @@ class Triangulation:
     statistics : Statistics
     """
 
-    points: Points
-    triangles: Faces
-    neighbours: Faces
-    point_of_input: NDArray[np.int32]
-    segments: NDArray[np.int32]
-    input_segment: NDArray[np.int32]
-    constraints: NDArray[np.int32]
-    carved: bool
     statistics: Statistics
+
+    @property
+    def neighbours(self) -> Faces:
+        """Deprecated: `neighbors`."""
+        warnings.warn("Triangulation.neighbours is now neighbors", DeprecationWarning, stacklevel=2)
+        return self.neighbors
 
     def validate(self) -> None:
         """Check every promise of this triangulation with exact predicates.
 
-        Neighbours agree; triangles are counter-clockwise; edges are Delaunay but for constraints,
+        Neighbors agree; triangles are counter-clockwise; edges are Delaunay but for constraints,
         and cocircular ties are broken by coordinates; every constraint is there; Euler's formula
         holds; without carving, the convex hull is covered and every point used.
 
@@ -103,8 +101,6 @@ class Triangulation:
         -----
         O(n log n) array operations: about 15 seconds for a million triangles.
         """
-        from .testing import check_triangulation
-
         check_triangulation(self)
 
 
@@ -167,14 +163,14 @@ def triangulate(
         _blame_points(cast_points)
         _blame_segments(cast_segments, len(cast_points))
         raise
-    crossing, all_points, triangles, neighbours, point_of_input, pieces, counts = result
+    crossing, all_points, triangles, neighbors, point_of_input, pieces, counts = result
     if crossing is not None:
         first, second = crossing
         raise TopologyError(f"segments {first} and {second} cross: move them apart, or allow split_crossings", crossing)
     return Triangulation(
         all_points,
         triangles,
-        neighbours,
+        neighbors,
         point_of_input,
         pieces[:, :2],
         pieces[:, 2],

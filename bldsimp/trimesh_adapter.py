@@ -1,4 +1,4 @@
-"""What a `trimesh.Trimesh` carries beside its surface, and how it gets it back."""
+"""Read the attributes of a `trimesh.Trimesh`, and give them back to a result."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from .options import UNKNOWN_TEXELS
 _COLOR, _FACE_COLOR, _MATERIAL = "COLOR_0", FACE + "COLOR_0", FACE + "MATERIAL"
 
 
-def carried_by(geometry: Any) -> dict[str, NDArray[Any]]:
-    """UV, colours, materials and other arrays of a geometry, by the name of the attribute: (n, k), (m, k) of faces."""
+def collect_columns(geometry: Any) -> dict[str, NDArray[Any]]:
+    """Collect UV, colors, materials and other arrays of a geometry by attribute name: (n, k), of faces (m, k)."""
     found: dict[str, Any] = {}
     visual = geometry.visual
     uv = getattr(visual, "uv", None)
@@ -38,23 +38,23 @@ def carried_by(geometry: Any) -> dict[str, NDArray[Any]]:
     return found
 
 
-def image_of(geometry: Any) -> Any:
-    """The colour texture of a geometry's material, as trimesh has it; None where it has none."""
+def find_image(geometry: Any) -> Any:
+    """Find the color texture of a geometry's material, as trimesh has it; None where it has none."""
     material = getattr(geometry.visual, "material", None)
     image = getattr(material, "image", None)
     return getattr(material, "baseColorTexture", None) if image is None else image
 
 
-def attributes_of(mesh: Mesh, columns: dict[str, NDArray[Any]], images: list[Any]) -> list[Attribute]:
-    """Attributes of a mesh from the arrays of its geometries.
+def build_attributes(mesh: Mesh, columns: dict[str, NDArray[Any]], images: list[Any]) -> list[Attribute]:
+    """Build the attributes of a mesh from the arrays of its geometries.
 
     Parameters
     ----------
     mesh : Mesh
     columns : dict
-        As `carried_by` names them, in rows and faces of the mesh.
+        As `collect_columns` names them, in rows and faces of the mesh.
     images : list
-        `image_of` each part.
+        `find_image` each part.
     """
     sizes = [(UNKNOWN_TEXELS, UNKNOWN_TEXELS) if image is None else image.size for image in images]
     found = []
@@ -70,22 +70,22 @@ def attributes_of(mesh: Mesh, columns: dict[str, NDArray[Any]], images: list[Any
     return found
 
 
-def corner_values(mesh: Mesh, light: SimplifiedMesh) -> NDArray[np.float64]:
-    """All that corners of a result carry, side by side, (3 k, w)."""
-    corners = light.faces.reshape(-1)
-    columns = [light.values(one)[corners] for one in mesh.attributes if not one.on_faces]
+def gather_corner_values(mesh: Mesh, result: SimplifiedMesh) -> NDArray[np.float64]:
+    """Gather the attributes of all corners of a result side by side, (3 k, w)."""
+    corners = result.faces.reshape(-1)
+    columns = [result.values(one)[corners] for one in mesh.attributes if not one.on_faces]
     return np.hstack([np.empty((len(corners), 0)), *columns])
 
 
-def give(made: Any, given: Any, mesh: Mesh, light: SimplifiedMesh, corner: NDArray[np.int64]) -> None:
-    """Give a result what the geometry that it came from carried.
+def restore_attributes(made: Any, given: Any, mesh: Mesh, result: SimplifiedMesh, corner: NDArray[np.int64]) -> None:
+    """Restore the attributes that the geometry of a result had.
 
     Parameters
     ----------
     made, given : trimesh.Trimesh
         The result, changed in place; the input.
     mesh : Mesh
-    light : SimplifiedMesh
+    result : SimplifiedMesh
     corner : (n,) int
         A corner of the result's faces for each of its vertices.
     """
@@ -93,7 +93,7 @@ def give(made: Any, given: Any, mesh: Mesh, light: SimplifiedMesh, corner: NDArr
 
     made.metadata.update(given.metadata)
     columns = {
-        one.name: light.values(one) if one.on_faces else light.values(one)[light.faces.reshape(-1)[corner]]
+        one.name: result.values(one) if one.on_faces else result.values(one)[result.faces.reshape(-1)[corner]]
         for one in mesh.attributes
     }
     material = getattr(given.visual, "material", None)

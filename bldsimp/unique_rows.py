@@ -1,4 +1,4 @@
-"""Rows of an array that are equal: the basis of counting points and of writing each vertex once."""
+"""Find equal rows of an array: the basis of counting points and of writing each vertex once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _SHIFT = np.uint64(29)
 
 
 def find_unique_rows(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Number the distinct rows of an array in the order in which they first occur.
+    """Find the distinct rows of an array, numbered in the order in which they first occur.
 
     Parameters
     ----------
@@ -49,15 +49,82 @@ def find_unique_rows(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
     return first[order], rank[inverse]
 
 
+def assign_rows(
+    source: NDArray[np.integer[Any]], count: int, may_stay: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.integer[Any]], NDArray[np.integer[Any]]]:
+    """Give each of some distinct values a row: the first of each source row keeps it, the others get new rows.
+
+    Parameters
+    ----------
+    source : (d,) int
+        The row that each value was read from.
+    count : int
+        How many rows there are; new ones are numbered from here on.
+    may_stay : (d,) bool, optional
+        Which values may keep their row; all where left out.
+
+    Returns
+    -------
+    row : (d,) int
+        The row of each value.
+    added : (a,) int
+        The source row of each new one.
+
+    Examples
+    --------
+    >>> row, added = assign_rows(np.array([4, 7, 4]), 10)
+    >>> row.tolist(), added.tolist()
+    ([4, 7, 10], [4])
+    """
+    eligible = np.arange(len(source)) if may_stay is None else np.flatnonzero(may_stay)
+    stays = np.zeros(len(source), bool)
+    stays[eligible[np.unique(source[eligible], return_index=True)[1]]] = True
+    row, added = source.copy(), source[~stays]
+    row[~stays] = count + np.arange(len(added))
+    return row, added
+
+
+def join_pairs(count: int, a: NDArray[np.integer[Any]], b: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
+    """Label what hangs together by pairs.
+
+    Parameters
+    ----------
+    count : int
+        How many there are.
+    a, b : (p,) int
+        Both ends of each pair.
+
+    Returns
+    -------
+    label : (count,) int64
+        For each the least that it hangs together with.
+
+    Examples
+    --------
+    >>> join_pairs(5, np.array([0, 4]), np.array([2, 3])).tolist()
+    [0, 1, 0, 3, 3]
+    """
+    label = np.arange(count)
+    while True:
+        before = label.copy()
+        least = np.minimum(label[a], label[b])
+        for side in (a, b):
+            np.minimum.at(label, before[side], least)
+            np.minimum.at(label, side, least)
+        label = label[label]
+        if np.array_equal(label, before):
+            return label
+
+
 def _bits(rows: NDArray[Any]) -> NDArray[np.uint64]:
-    """Rows as 64-bit patterns, equal exactly where the numbers are."""
+    """Return rows as 64-bit patterns, equal exactly where the numbers are."""
     if np.issubdtype(rows.dtype, np.floating):
         return np.ascontiguousarray(rows.astype(np.float64) + 0.0).view(np.uint64)
     return np.ascontiguousarray(rows.astype(np.int64)).view(np.uint64)
 
 
 def _hash(bits: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """One well-mixed 64-bit number per row."""
+    """Mix each row into one 64-bit number."""
     key = np.zeros(len(bits), np.uint64)
     for column in bits.T:
         key = (key ^ column) * _MIX

@@ -8,10 +8,10 @@ import judge
 import numpy as np
 import pytest
 
-from bldsimp.api import simplify_scene
 from bldsimp.io import SUFFIXES, read
 from bldsimp.model import Faces, Flags, Mesh, Points, Scene, SimplifiedMesh
 from bldsimp.options import Options, Tolerance
+from bldsimp.scene import simplify_scene
 from bldsimp.stages import collapse as collapsed
 from bldsimp.stages.removal import Dropped
 from bldsimp.tolerance import scale

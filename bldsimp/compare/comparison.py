@@ -9,11 +9,11 @@ from dataclasses import asdict, replace
 from functools import cached_property
 from pathlib import Path
 
-from ..api import simplify_meshes
 from ..errors import BldsimpError, InputError, InternalError
 from ..io import read
 from ..model import Scene
 from ..options import Options, parse_tolerance
+from ..scene import simplify_meshes
 from ..tolerance import diagonal, resolve_tolerance
 from ..triangulation import Statistics
 from .decimate import Decimator, FastSimplification, Found, Refused
@@ -143,7 +143,7 @@ class Contest:
 
     def _ours(self, row: Row, options: Options, tolerance: float) -> tuple[Row, Row]:
         """Standard and improved, of which the first starts from what the second found."""
-        outcomes, report = simplify_meshes(self.scene, options, with_layout=True)
+        outcomes, report = simplify_meshes(self.scene, options, keep_layout=True)
         improved = replace(
             row,
             method="improved",
@@ -161,7 +161,7 @@ class Contest:
             note=made.note,
             statistics=asdict(made.statistics),
         )
-        light = surface_of(self.scene, [outcome.light for outcome in outcomes])
+        light = surface_of(self.scene, [outcome.mesh for outcome in outcomes])
         return (
             self._row(standard, made.surface, self.judge.deviation(made.surface), tolerance),
             self._row(improved, light, self.judge.deviation(light), tolerance),

@@ -102,10 +102,10 @@ def standard_of(outcome: MeshResult) -> StandardResult:
     """
     layout = outcome.layout
     if layout is None:
-        raise ValueError("the outcome has no layout: simplify with_layout")
+        raise ValueError("the outcome has no layout: simplify keep_layout")
     conformed = _core.conform(
-        outcome.points, layout.planes, layout.outlines, layout.pieces,
-        layout.triangles, layout.part_of_triangle, layout.keep,
+        outcome.points, layout.planes, layout.outlines, layout.segments,
+        layout.triangles, layout.piece_of_triangle, layout.keep,
     )  # fmt: skip
     return StandardResult(
         np.concatenate([outcome.points, conformed.made]),

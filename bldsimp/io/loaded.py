@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..model import FACE, Mesh, Part, attach_attributes
-from ..trimesh_adapter import attributes_of, carried_by, image_of
+from ..trimesh_adapter import build_attributes, collect_columns, find_image
 from .stl import whole_stl
 from .surface import Material, Polygons, polygon_mesh
 
@@ -79,13 +79,13 @@ def _mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> Mesh:
     # Bytes that no program has set are no attribute.
     if not columns.get(STL_BYTES, np.ones(1)).any():
         del columns[STL_BYTES]
-    attach_attributes(mesh, attributes_of(mesh, columns, [image_of(one) for one in every]))
+    attach_attributes(mesh, build_attributes(mesh, columns, [find_image(one) for one in every]))
     return mesh
 
 
 def _joined(geometries: list[Any]) -> dict[str, Any]:
     """What geometries carry, end to end; NaN, or 0 where numbers are whole, for one that has it not."""
-    each = [carried_by(one) for one in geometries]
+    each = [collect_columns(one) for one in geometries]
     joined = {}
     for key, first in {key: values for own in each for key, values in own.items()}.items():
         blank = np.nan if first.dtype.kind == "f" else 0
@@ -104,7 +104,7 @@ def _material(geometry: Any) -> Material | None:
     if material is None:
         return None
     r, g, b, a = (float(value) for value in np.asarray(material.main_color, np.float64) / 255.0)
-    name, image = str(material.name or "material"), image_of(geometry)
+    name, image = str(material.name or "material"), find_image(geometry)
     if image is None:
         return Material(name, (r, g, b, a))
     # trimesh keeps pixels, not files: these are stored without loss.

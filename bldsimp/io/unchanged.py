@@ -6,7 +6,7 @@ import numpy as np
 
 from ..model import Faces, Mesh, Points, Scene, SimplifiedMesh
 from ..options import Options
-from ..stages.normals import face_normals
+from ..stages.normals import compute_face_normals
 from ..unique_rows import find_unique_rows
 from .warnings import dropped
 
@@ -41,9 +41,9 @@ def is_no_lighter(mesh: Mesh, light: SimplifiedMesh, parts: list[int]) -> bool:
         return False
     # So that no product of coordinates leaves the range of double precision.
     unit = float(np.abs(mesh.points[old]).max()) or 1.0
-    before, after = face_normals(mesh.points / unit, old), face_normals(light.points / unit, new)
+    before, after = compute_face_normals(mesh.points / unit, old), compute_face_normals(light.points / unit, new)
     areas = np.linalg.norm(before, axis=1)
-    sides = (after * face_normals(mesh.points / unit, mesh.faces[light.face[chosen]])).sum(axis=1)
+    sides = (after * compute_face_normals(mesh.points / unit, mesh.faces[light.face[chosen]])).sum(axis=1)
     same = np.isclose(areas.sum(), np.linalg.norm(after, axis=1).sum(), rtol=1e-9, atol=0.0)
     return bool(same and (areas > 0.0).all() and (sides > 0.0).all())
 

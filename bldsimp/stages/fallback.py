@@ -1,431 +1,382 @@
-"""The ladder: every facet is simplified as far as its outline allows, and steps down where it does not.
+"""Simplify every facet as far as its outline allows, and keep more of it where that does not fit.
 
-Thin the chains, triangulate the facets, put them together, and look where they do not fit. There put
-dropped points back; where none were dropped, keep the faces around the trouble, then the whole outline,
-then all faces of the facet; and again, until all fits.
+Thin the chains, triangulate the facets, put them together, and look where they do not fit. There put dropped points
+back; where none were dropped, keep the faces around the trouble, then the whole outline, then all faces of the facet;
+and again, until all fits.
 """
 
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass, field
+from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..model import Faces, Flags, Indices, Points
+from ..model import Faces, Flags, Indices, Values
 from ..options import LEAST_GAIN
 from ..triangulation import Statistics
-from .assembled import Assembled, Cause, Layout, Rung
+from .budget import Spent, allot_tolerance, key_edges
+from .facets import FacetedSurface
+from .outlines import trace_outlines
+from .surface import STAYS, sort_faces
+from .triangulate import Attempt, Cause, Failure, thin_chains, try_facets
 
 MOST_SPLITS = 8
-"""How often faces around a trouble are cut off a facet before all of its faces stay."""
+"""How often faces around a trouble are split off a facet before all of its faces stay."""
 
 
-def climb(
-    points: Points, faces: Faces, halfedges: _core.Halfedges, facets: _core.Facets, tolerance: float, pinned: Flags
-) -> Assembled:
-    """Simplify all facets of a mesh as far as they fit together again.
+class Level(IntEnum):
+    """How much of a facet had to stay."""
+
+    SIMPLIFIED = 0
+    POINTS_PUT_BACK = 1
+    SOME_FACES_KEPT = 2
+    OUTLINE_PUT_BACK = 3
+    FACES_KEPT = 4
+    PASSED_ON = 5
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What was triangulated last: pieces of facets, where single faces were kept.
+
+    Attributes
+    ----------
+    planes : (p, 5) float64
+        Of each piece.
+    outlines : _core.Outlines
+    segments : _core.Pieces
+        Of the thinned chains.
+    keep : (p,) uint8
+        Pieces whose faces stayed.
+    triangles : (k, 3) int32
+    piece_of_triangle : (k,) int32
+    """
+
+    planes: Values
+    outlines: _core.Outlines
+    segments: _core.Pieces
+    keep: Flags
+    triangles: Faces
+    piece_of_triangle: Indices
+
+
+@dataclass
+class Assembly:
+    """Facets put together again.
+
+    Attributes
+    ----------
+    triangles : (k, 3) int32
+    facet_of_triangle : (k,) int32
+    kept : (n,) uint8
+        Points that the result uses, or that no chain decided on.
+    level, unchanged : (f,) uint8
+        `Level` of each facet; whether its own faces stayed.
+    deviation : (f,) float64
+        Certified bound of each facet.
+    healed : int
+        Edges where two borders were laid on one another.
+    touching : int
+        Points that stay only since sheets meet there inside of facets.
+    causes : Counter
+        Facets that were not simplified, by `Cause`.
+    statistics : Statistics
+        Of all triangulations on the way.
+    layout : Layout
+    """
+
+    triangles: Faces
+    facet_of_triangle: Indices
+    kept: Flags
+    level: Flags
+    unchanged: Flags
+    deviation: Values
+    healed: int
+    touching: int
+    causes: Counter[Cause]
+    statistics: Statistics
+    layout: Layout
+
+    def count_points(self) -> int:
+        """Count the points that the result uses."""
+        return len(np.unique(self.triangles))
+
+    def compose(self, second: Assembly) -> Assembly:
+        """Return what two passes did together, of which the second worked on the result of this one."""
+        return Assembly(
+            triangles=second.triangles,
+            facet_of_triangle=second.facet_of_triangle,
+            kept=second.kept,
+            level=np.maximum(self.level, second.level),
+            unchanged=self.unchanged & second.unchanged,
+            deviation=np.maximum(self.deviation, second.deviation),
+            healed=self.healed + second.healed,
+            touching=second.touching,
+            causes=self.causes | second.causes,
+            statistics=self.statistics + second.statistics,
+            layout=second.layout,
+        )
+
+
+@dataclass
+class _Fate:
+    """What of the facets and points of a surface is known to stay.
+
+    Attributes
+    ----------
+    facet_of_piece : (p,) int32
+    keep : (p,) uint8
+        Pieces whose faces stay.
+    put_back : (n,) uint8
+        Points that were put back.
+    level, cause, splits : (f,) uint8
+        Of each facet: how much of it stays, why, and how often it was split.
+    """
+
+    facet_of_piece: Indices
+    keep: Flags
+    put_back: Flags
+    level: Flags
+    cause: Flags
+    splits: Flags = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.splits = np.zeros(len(self.level), np.uint8)
+
+    def lower(self, pieces: NDArray[np.integer], level: Level, cause: Cause) -> None:
+        """Note that the facets of some pieces stand on a level at best."""
+        facets = np.unique(self.facet_of_piece[pieces])
+        lower = facets[self.level[facets] < level]
+        self.level[lower] = level
+        self.cause[lower] = cause
+
+
+def simplify_facets(surface: FacetedSurface, tolerance: float, pinned: Flags) -> Assembly:
+    """Simplify all facets of a surface as far as they fit together again.
 
     Parameters
     ----------
-    points, faces
-        Welded and oriented.
-    halfedges, facets
-        As found on these faces.
+    surface : FacetedSurface
     tolerance : float
         Model units.
     pinned : (f,) uint8
         Facets whose faces must stay.
+
+    Returns
+    -------
+    Assembly
     """
-    done = _in_passes(_Ladder(points, faces, halfedges, facets, tolerance, pinned))
-    hardly = _hardly_thinned(points, faces, facets, done) if tolerance > 0 else np.zeros_like(pinned)
-    if hardly.any():
-        done = _in_passes(_Ladder(points, faces, halfedges, facets, tolerance, pinned, hardly))
-    return done
+    done = _simplify_in_passes(surface, tolerance, pinned, np.zeros_like(pinned))
+    hardly = _find_hardly_thinned(surface, done) if tolerance > 0 else np.zeros_like(pinned)
+    return _simplify_in_passes(surface, tolerance, pinned, hardly) if hardly.any() else done
 
 
-def _in_passes(ladder: _Ladder) -> Assembled:
-    done = ladder.climbed()
-    # Where facets vanished, borders were joined or single faces kept, chains may run on through former
-    # corners: they are found again, on the result, until nothing more can go.
-    while ladder.reshaped():
-        ladder = ladder.next_pass()
-        again = ladder.climbed()
-        if again.point_count() >= done.point_count():
-            break
-        done = done.followed_by(again)
-    return done
+def _simplify_in_passes(surface: FacetedSurface, tolerance: float, pinned: Flags, hardly: Flags) -> Assembly:
+    """Simplify again and again: where facets vanished, borders were joined or faces kept, chains may run on.
+
+    They are found anew on the result, until nothing more can go.
+    """
+    spent = Spent(np.empty(0, np.int64), np.empty(0), np.empty(0), np.zeros(len(pinned)))
+    done = None
+    while True:
+        fate, attempt, statistics = _simplify_once(surface, tolerance, pinned, hardly, spent)
+        again = _assemble(attempt, fate, statistics)
+        if done is not None and again.count_points() >= done.count_points():
+            return done
+        done = again if done is None else done.compose(again)
+        if not (attempt.edges.healed > 0 or len(fate.keep) > len(fate.level)):
+            return done
+        spent = _spend(attempt, fate)
+        surface = _take_result(attempt, fate, surface.facets.planes, tolerance)
 
 
-def _hardly_thinned(points: Points, faces: Faces, facets: _core.Facets, done: Assembled) -> Flags:
-    """Facets that changed where the curved surfaces of a component lost few of their points.
+def _simplify_once(
+    surface: FacetedSurface, tolerance: float, pinned: Flags, hardly: Flags, spent: Spent
+) -> tuple[_Fate, Attempt, Statistics]:
+    """Try until everything fits."""
+    level = np.where(pinned != 0, np.uint8(Level.PASSED_ON), np.uint8(Level.SIMPLIFIED))
+    level[hardly != 0] = Level.FACES_KEPT
+    cause = np.where(hardly != 0, np.uint8(Cause.LITTLE_GAIN), np.uint8(Cause.NONE))
+    fate = _Fate(
+        np.arange(len(pinned), dtype=np.int32), pinned | hardly, np.zeros(len(surface.points), np.uint8), level, cause
+    )
+    attempt = _start(surface, tolerance, fate, spent)
+    statistics = Statistics()
+    while True:
+        failures = _try_once(attempt, fate)
+        if not failures:
+            return fate, attempt, statistics + attempt.statistics
+        cut = [own for failure in failures if (own := _keep_more(attempt, fate, failure)) is not None]
+        if cut:
+            surface = _split_off(attempt, fate, np.unique(np.concatenate(cut)).astype(np.int32))
+            statistics += attempt.statistics
+            attempt = _start(surface, tolerance, fate, spent)
+
+
+def _start(surface: FacetedSurface, tolerance: float, fate: _Fate, spent: Spent) -> Attempt:
+    """Trace the outlines of the pieces as they are now."""
+    count = len(surface.points)
+    outlines = trace_outlines(surface.faces, count, surface.halfedges, surface.facets, fate.keep)
+    budget = allot_tolerance(
+        tolerance,
+        surface.facets.planes,
+        spent.folded[fate.facet_of_piece],
+        outlines,
+        spent.at_chains(outlines, count),
+    )
+    must = outlines.chains.is_corner | fate.put_back | (surface.decided == STAYS).astype(np.uint8)
+    attempt = Attempt(surface, outlines, budget, fate.keep, must)
+    _keep_points_of(attempt, fate.keep != 0)
+    return attempt
+
+
+def _try_once(attempt: Attempt, fate: _Fate) -> list[Failure]:
+    """Thin, triangulate and check; return the failures of the first step that has any."""
+    thin_chains(attempt)
+    while len(clashing := attempt.edges.clashing):
+        _put_back(attempt, fate, clashing)
+        fate.lower(attempt.pieces_at(clashing), Level.POINTS_PUT_BACK, Cause.CLASH)
+        thin_chains(attempt)
+    return next((failures for failures in try_facets(attempt) if failures), [])
+
+
+def _keep_more(attempt: Attempt, fate: _Fate, failure: Failure) -> Indices | None:
+    """Keep more of a piece: the least that may help and was not tried yet. Return faces that are to be split off."""
+    piece = failure.piece
+    facet = fate.facet_of_piece[piece]
+    culprits = failure.culprits[attempt.kept[failure.culprits] == 0]
+    dropped = attempt.dropped_points_of(piece)
+    attempt.dirty[piece] = True
+    cut = None
+    if len(culprits):
+        level = Level.POINTS_PUT_BACK
+        _put_back(attempt, fate, culprits)
+    elif len(failure.trouble) and fate.splits[facet] < MOST_SPLITS:
+        level = Level.SOME_FACES_KEPT
+        fate.splits[facet] += 1
+        own = attempt.faces_of(piece)
+        cut = own[_touch(attempt.surface.faces[own], failure.trouble)]
+    elif len(dropped):
+        level = Level.OUTLINE_PUT_BACK
+        _put_back(attempt, fate, dropped)
+    else:
+        level = Level.FACES_KEPT
+        fate.keep[piece] = 1
+        _keep_points_of(attempt, np.arange(len(fate.keep)) == piece)
+    fate.lower(np.array([piece]), level, failure.cause)
+    return cut
+
+
+def _put_back(attempt: Attempt, fate: _Fate, points: Indices) -> None:
+    """Keep points that were dropped."""
+    attempt.must[points] = fate.put_back[points] = 1
+
+
+def _keep_points_of(attempt: Attempt, pieces: NDArray[np.bool_]) -> None:
+    """Keep all points of the faces of some pieces."""
+    surface = attempt.surface
+    attempt.must[surface.faces[pieces[surface.facets.facet_of_face]]] = 1
+
+
+def _split_off(attempt: Attempt, fate: _Fate, cut: Indices) -> FacetedSurface:
+    """Make each of some faces a piece of its own, which stays."""
+    surface = attempt.surface
+    owners = fate.facet_of_piece[surface.facets.facet_of_face[cut]]
+    fate.facet_of_piece = np.concatenate([fate.facet_of_piece, owners])
+    fate.keep = np.concatenate([fate.keep, np.ones(len(cut), np.uint8)])
+    facets = _core.split_off(surface.facets, cut)
+    return FacetedSurface(surface.points, surface.faces, surface.decided, surface.halfedges, facets)
+
+
+def _assemble(attempt: Attempt, fate: _Fate, statistics: Statistics) -> Assembly:
+    """Put the facets of the surface together, each with all its pieces."""
+    count = len(fate.level)
+    deviation, unchanged = np.zeros(count), np.ones(count, np.uint8)
+    budget, segments, outlines = attempt.budget, attempt.segments, attempt.outlines
+    # What did not move in this pass, the pass before has bounded.
+    drift = budget.drift(outlines, segments, segments.farthest >= 0)
+    bound = np.where(attempt.unchanged != 0, 0.0, np.hypot(budget.width, drift))
+    bound = np.maximum(bound, outlines.spread_to_pieces(budget.bound_vanished(segments), segments.chain))
+    np.maximum.at(deviation, fate.facet_of_piece, bound)
+    np.minimum.at(unchanged, fate.facet_of_piece, attempt.unchanged)
+    below = (fate.level > Level.SIMPLIFIED) & (fate.level < Level.PASSED_ON)
+    return Assembly(
+        triangles=attempt.triangles,
+        facet_of_triangle=fate.facet_of_piece[attempt.piece_of_triangle],
+        kept=attempt.kept,
+        level=fate.level,
+        unchanged=unchanged,
+        deviation=deviation,
+        healed=attempt.edges.healed,
+        touching=outlines.chains.touching,
+        causes=Counter(Cause(int(cause)) for cause in fate.cause[below]),
+        statistics=statistics,
+        layout=Layout(
+            attempt.surface.facets.planes,
+            outlines.chains,
+            segments,
+            fate.keep,
+            attempt.triangles,
+            attempt.piece_of_triangle,
+        ),
+    )
+
+
+def _spend(attempt: Attempt, fate: _Fate) -> Spent:
+    """Return how far edges and facets of the result are from what they replace."""
+    budget, segments, outlines = attempt.budget, attempt.segments, attempt.outlines
+    chain = segments.chain
+    gone = np.bincount(attempt.piece_of_triangle, minlength=len(fate.keep)) == 0
+    bound = np.hypot(budget.width, budget.drift(outlines, segments, np.ones(len(chain), bool)))
+    of_gone = outlines.spread_to_chains(np.where(gone, bound, 0.0))
+    keys = key_edges(segments.begin, segments.end, len(attempt.surface.points))
+    edges, edge_of_segment = np.unique(keys, return_inverse=True)
+    distance, vanished, folded = np.zeros(len(edges)), np.zeros(len(edges)), np.zeros(len(fate.level))
+    np.maximum.at(distance, edge_of_segment, segments.deviation + budget.spent[chain])
+    np.maximum.at(vanished, edge_of_segment, np.maximum(of_gone[chain], budget.bound_vanished(segments)))
+    np.maximum.at(folded, fate.facet_of_piece, budget.fold + budget.reach)
+    return Spent(edges, distance, vanished, folded)
+
+
+def _take_result(attempt: Attempt, fate: _Fate, planes: Values, tolerance: float) -> FacetedSurface:
+    """Return the result of a pass as the surface of the next, with the facets of the first."""
+    faces, order = sort_faces(attempt.triangles)
+    facets = _core.Facets(fate.facet_of_piece[attempt.piece_of_triangle[order]], planes)
+    points = attempt.surface.points
+    halfedges = _core.pair_halfedges(points, faces, None, tolerance)
+    return FacetedSurface(points, faces, attempt.surface.decided, halfedges, facets)
+
+
+def _find_hardly_thinned(surface: FacetedSurface, done: Assembly) -> Flags:
+    """Find facets that changed where the curved surfaces of a component lost few of their points.
 
     A curved surface can be cut into facets in many ways, and any cut of the result of a run finds a few more
     points to drop. That is not worth moving the surface once more.
     """
-    if not facets.curved.any():
-        return np.zeros_like(facets.curved)
-    curved = np.flatnonzero(facets.curved[facets.facet_of_face])
-    component = _core.find_components(faces, len(points))
-    key = np.unique(np.repeat(component[curved].astype(np.int64), 3) * len(points) + faces[curved].reshape(-1))
-    owner, point = np.divmod(key, len(points))
-    dropped = np.ones(len(points), bool)
-    dropped[done.triangles] = False
-    few = np.bincount(owner, dropped[point], len(faces)) < LEAST_GAIN * np.bincount(owner, minlength=len(faces))
+    facets, count = surface.facets, len(surface.points)
     hardly = np.zeros_like(facets.curved)
+    if not facets.curved.any():
+        return hardly
+    curved = np.flatnonzero(facets.curved[facets.facet_of_face])
+    component = _core.find_components(surface.faces, count)
+    corners = surface.faces[curved].reshape(-1)
+    key = np.unique(np.repeat(component[curved].astype(np.int64), 3) * count + corners)
+    owner, point = np.divmod(key, count)
+    dropped = np.ones(count, bool)
+    dropped[done.triangles] = False
+    face_count = len(surface.faces)
+    few = np.bincount(owner, dropped[point], face_count) < LEAST_GAIN * np.bincount(owner, minlength=face_count)
     hardly[facets.facet_of_face[curved[few[component[curved]]]]] = 1
     hardly[done.unchanged != 0] = 0
     return hardly
 
 
-class _Ladder:
-    """The state of a climb. A facet of the input is split into parts when some of its faces are kept."""
-
-    def __init__(
-        self,
-        points: Points,
-        faces: Faces,
-        halfedges: _core.Halfedges,
-        facets: _core.Facets,
-        tolerance: float,
-        pinned: Flags,
-        hardly: Flags | None = None,
-    ) -> None:
-        self.points, self.faces, self.halfedges, self.facets = points, faces, halfedges, facets
-        self.tolerance, self.pinned = tolerance, pinned
-        self.hardly = np.zeros_like(pinned) if hardly is None else hardly
-        self.planes = facets.planes
-        count = len(self.planes)
-        self.rung = np.where(pinned != 0, np.uint8(Rung.PASSED_ON), np.uint8(0))
-        self.rung[self.hardly != 0] = Rung.FACES_KEPT
-        self.cause = np.where(self.hardly != 0, np.uint8(Cause.LITTLE_GAIN), np.uint8(0))
-        self.splits = np.zeros(count, np.uint8)
-        self.facet_of_part = np.arange(count, dtype=np.int32)
-        self.keep = pinned | self.hardly  # parts whose faces stay
-        self.folded = np.zeros(count)  # how far needles of each facet may reach out of it from the pass before
-        self.put_back = np.zeros(len(points), np.uint8)
-        self.statistics = Statistics()
-        # How far edges (as keys, sorted) already are from the outlines of the input.
-        self.spent_edges, self.spent = np.empty(0, np.int64), np.empty(0)
-        # The bounds of the facets that vanished into them.
-        self.vanished = np.empty(0)
-        self._begin()
-
-    def climbed(self) -> Assembled:
-        """The result, once everything fits."""
-        while not self._settled():
-            pass
-        return self._assembled()
-
-    def reshaped(self) -> bool:
-        """Whether the result may have corners that the input's outlines needed and its own do not."""
-        return self.edges.healed > 0 or len(self.keep) > len(self.rung)
-
-    def next_pass(self) -> _Ladder:
-        """A climb over the result, which counts the deviation that this one spent."""
-        turn = np.argmin(self.triangles, axis=1)[:, None]
-        faces = np.take_along_axis(self.triangles, (turn + np.arange(3)) % 3, axis=1)
-        order = np.lexsort((faces[:, 1], faces[:, 1:].max(axis=1), faces[:, 1:].min(axis=1), faces[:, 0]))
-        faces = np.ascontiguousarray(faces[order])
-        facet_of_face = self.facet_of_part[self.part_of_triangle[order]]
-        halfedges = _core.pair_halfedges(self.points, faces, None, self.tolerance)
-        facets = _core.Facets(facet_of_face, self.planes)
-        after = _Ladder(self.points, faces, halfedges, facets, self.tolerance, self.pinned, self.hardly)
-        np.maximum.at(after.folded, self.facet_of_part, self.folds + self.reach)
-        after.spent_edges, after.spent, after.vanished = self._spent_on_edges()
-        after._begin()
-        return after
-
-    def _spent_on_edges(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-        """Edges of the result, how far each is from what it replaces, and the bounds of what vanished there."""
-        gone = np.bincount(self.part_of_triangle, minlength=len(self.keep)) == 0
-        chain = self.pieces.chain
-        bound = np.hypot(self.widths, self._drift(np.ones(len(chain), bool)))
-        of_gone = self._greatest_of_chain(np.where(gone, bound, 0.0))
-        edges, edge_of_piece = np.unique(self._key(self.pieces.begin, self.pieces.end), return_inverse=True)
-        spent, vanished = np.zeros(len(edges)), np.zeros(len(edges))
-        np.maximum.at(spent, edge_of_piece, self.pieces.deviation + self.spent_of_chain[chain])
-        np.maximum.at(vanished, edge_of_piece, np.maximum(of_gone[chain], self._of_vanished()))
-        return edges, spent, vanished
-
-    def _of_vanished(self) -> NDArray[np.float64]:
-        """Bound, at each piece, of what vanished there before; 0 where nothing did."""
-        before = self.vanished_of_chain[self.pieces.chain]
-        return np.where(before > 0, before + self.pieces.deviation, 0.0)
-
-    def _key(self, a: Indices, b: Indices) -> NDArray[np.int64]:
-        """One number for an edge."""
-        return np.minimum(a, b).astype(np.int64) * len(self.points) + np.maximum(a, b)
-
-    def _greatest_on_chain(self, of_edge: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Greatest value that the edges of each chain have from the pass before."""
-        start, points = self.outlines.chain_start, self.outlines.chain_points
-        chains = len(start) - 1
-        if not len(self.spent_edges) or not chains:
-            return np.zeros(chains)
-        inside = np.ones(len(points) - 1, bool)
-        inside[start[1:-1] - 1] = False
-        keys = self._key(points[:-1], points[1:])[inside]
-        at = np.minimum(np.searchsorted(self.spent_edges, keys), len(self.spent_edges) - 1)
-        values = np.where(self.spent_edges[at] == keys, of_edge[at], 0.0)
-        return np.maximum.reduceat(values, start[:-1] - np.arange(chains))
-
-    def _drift(self, moved: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """How far each part's surface is from the input's within the plane, where pieces moved."""
-        chain = self.pieces.chain
-        distance = np.where(moved, self.pieces.deviation + self.spent_of_chain[chain], 0.0)
-        return self.folds + np.maximum(self.reach, self._greatest_of_part(distance, chain))
-
-    def _begin(self) -> None:
-        """Trace the outlines of the parts as they are now."""
-        count = len(self.facets.planes)
-        self.outlines = _core.trace_outlines(self.faces, len(self.points), self.halfedges, self.facets, self.keep)
-        self._index_chains(count)
-        self.face_start, self.face_order = _core.group_faces(self.facets)
-        planes = self.facets.planes
-        self.widths = planes[:, 4] - planes[:, 3] if self.tolerance > 0 else np.zeros(count)
-        self.folds = self.folded[self.facet_of_part]
-        self.reach = np.zeros(count)
-        self.spent_of_chain = self._greatest_on_chain(self.spent)
-        self.vanished_of_chain = self._greatest_on_chain(self.vanished)
-        left_by_width = np.sqrt(np.maximum(self.tolerance**2 - self.widths**2, 0.0))
-        self.allowed = np.maximum(left_by_width - self.folds, 0.0)
-        left = -self._greatest_of_chain(-self.allowed) - self.spent_of_chain
-        self.limit = np.maximum(np.minimum(left, self.tolerance - self.vanished_of_chain), 0.0)
-        self.must = self.outlines.is_corner | self.put_back
-        self._keep_points_of(self.keep != 0)
-        self.dirty = np.ones(count, bool)
-        self.unchanged = np.zeros(count, np.uint8)
-        self.triangles = np.empty((0, 3), np.int32)
-        self.part_of_triangle = np.empty(0, np.int32)
-        self.kept = np.zeros(len(self.points), np.uint8)
-        self.cut: list[Indices] = []
-
-    def _index_chains(self, part_count: int) -> None:
-        start, use_start = self.outlines.chain_start, self.outlines.use_start
-        chains = np.arange(len(use_start) - 1, dtype=np.int32)
-        self.use_part = self.outlines.use_facet
-        self._chain_of_position = np.repeat(chains, np.diff(start))
-        self._chain_of_use = np.repeat(chains, np.diff(use_start))
-        self._chain_of_sorted_use = self._chain_of_use[np.argsort(self.use_part, kind="stable")]
-        self._use_start = _starts(np.bincount(self.use_part, minlength=part_count))
-
-    def _settled(self) -> bool:
-        """One round; true when everything fits."""
-        self._thin()
-        self.edges = _core.merge_pieces(self.pieces, self.outlines)
-        if len(self.edges.clashing):
-            self._put_back(self.edges.clashing)
-            self._note(self._parts_of_points(self.edges.clashing), Rung.POINTS_PUT_BACK, Cause.CLASH)
-            return False
-        fits = self._retriangulate() and self._fits_together() and self._hangs_together() and self._stays_apart()
-        if self.cut:
-            self._split()
-        return fits
-
-    def _assembled(self) -> Assembled:
-        """The facets of the input again, each with all its parts."""
-        count = len(self.rung)
-        deviation, unchanged = np.zeros(count), np.ones(count, np.uint8)
-        # What did not move in this pass, the pass before has bounded.
-        drift = self._drift(self.pieces.farthest >= 0)
-        bound = np.where(self.unchanged != 0, 0.0, np.hypot(self.widths, drift))
-        bound = np.maximum(bound, self._greatest_of_part(self._of_vanished(), self.pieces.chain))
-        np.maximum.at(deviation, self.facet_of_part, bound)
-        np.minimum.at(unchanged, self.facet_of_part, self.unchanged)
-        below = (self.rung > Rung.SIMPLIFIED) & (self.rung < Rung.PASSED_ON)
-        return Assembled(
-            triangles=self.triangles,
-            facet_of_triangle=self.facet_of_part[self.part_of_triangle],
-            kept=self.kept,
-            rung=self.rung,
-            unchanged=unchanged,
-            deviation=deviation,
-            healed=self.edges.healed,
-            touching=self.outlines.touching,
-            causes=Counter(Cause(int(c)) for c in self.cause[below]),
-            statistics=self.statistics,
-            layout=Layout(
-                self.facets.planes, self.outlines, self.pieces, self.keep, self.triangles, self.part_of_triangle
-            ),
-        )
-
-    def _thin(self) -> None:
-        """Thin all chains; parts beside a point whose fate changed must be triangulated anew."""
-        kept = _core.thin_chains(self.points, self.outlines, self.limit, self.must)
-        self.dirty[self._parts_of_points(np.flatnonzero(kept != self.kept))] = True
-        self.kept = kept
-        self.pieces = _core.lay_pieces(self.points, self.outlines, kept)
-
-    def _retriangulate(self) -> bool:
-        """Triangulate what changed; false when a part had to step down."""
-        wanted = np.flatnonzero(self.dirty).astype(np.int32)
-        patches = _core.retriangulate(
-            self.points, self.faces, self.face_start, self.face_order, self.facets, self.outlines,
-            self.pieces, self.kept, self.allowed, wanted, self.keep,
-        )  # fmt: skip
-        self.statistics += Statistics(*patches.statistics)
-        outcomes = patches.outcomes
-        self.unchanged[wanted] = outcomes == Cause.UNCHANGED
-        self.reach[wanted] = patches.reach
-        old = ~self.dirty[self.part_of_triangle]
-        self.triangles = np.concatenate([self.triangles[old], patches.triangles])
-        self.part_of_triangle = np.concatenate([self.part_of_triangle[old], patches.facet_of_triangle])
-        self.dirty[:] = False
-        failed = np.flatnonzero(outcomes >= Cause.CROSSING)
-        for i in failed:
-            part = wanted[i]
-            culprits = _of(part, patches.put_back)[:, 0]
-            self._step_down(part, Cause(int(outcomes[i])), culprits, _of(part, patches.trouble))
-        return len(failed) == 0
-
-    def _fits_together(self) -> bool:
-        """Whether every edge is used as it must be; parts that do not fit step down."""
-        misfits = _core.find_misfits(self.triangles, self.part_of_triangle, self.edges, self.unchanged, self.outlines)
-        for part in np.unique(misfits[:, 0]):
-            ends = np.unique(_of(part, misfits))
-            self._step_down(part, Cause.MISFIT, ends[:0], np.stack([ends, ends], axis=1))
-        return len(misfits) == 0
-
-    def _hangs_together(self) -> bool:
-        """Whether no component came apart where a strip closed; strips that held it together step down."""
-        if self.edges.healed == 0:
-            return True
-        count = len(self.keep)
-        before = np.zeros(count, np.int32)
-        before[self.facets.facet_of_face] = _core.find_components(self.faces, len(self.points))
-        after = _core.find_components(self.triangles, len(self.points))
-        pairs = np.unique(np.stack([self.part_of_triangle, after], axis=1), axis=0)
-        of_component = np.unique(np.stack([before[pairs[:, 0]], pairs[:, 1]], axis=1), axis=0)[:, 0]
-        parted = of_component[1:][of_component[1:] == of_component[:-1]]
-        if len(parted) == 0:
-            return True
-        suspects = np.isin(before, parted) & (self.keep == 0)
-        # A strip has vanished, or parted itself where it was narrow.
-        strips = suspects & (np.bincount(pairs[:, 0], minlength=count) != 1)
-        chain, farthest = self.pieces.chain[self.edges.healed_pieces], self.pieces.farthest[self.edges.healed_pieces]
-        for part in np.flatnonzero(strips if strips.any() else suspects).astype(np.int32):
-            culprits = np.unique(farthest[np.isin(chain, self._chains_of(part)) & (farthest >= 0)])
-            self._step_down(part, Cause.MISFIT, culprits, np.empty((0, 2), np.int32))
-        return False
-
-    def _stays_apart(self) -> bool:
-        """Whether no facets pass through one another that did not before; those that do step down."""
-        changed = self.unchanged[self.part_of_triangle] == 0
-        crossing = _core.find_crossings(self.points, self.triangles, changed.astype(np.uint8))
-        crossing = crossing[~self._crossed_before(self.part_of_triangle[crossing])]
-        triangles = np.unique(crossing)
-        triangles = triangles[changed[triangles]]
-        parts = self.part_of_triangle[triangles]
-        for part in np.unique(parts):
-            own = self.triangles[triangles[parts == part]]
-            edges = self._key(own, np.roll(own, -1, axis=1))
-            on_edge = np.isin(self._key(self.pieces.begin, self.pieces.end), edges) & (self.pieces.farthest >= 0)
-            corners = np.unique(own)
-            self._step_down(
-                part, Cause.PIERCED, np.unique(self.pieces.farthest[on_edge]), np.stack([corners, corners], axis=1)
-            )
-        return len(triangles) == 0
-
-    def _crossed_before(self, parts: Indices) -> NDArray[np.bool_]:
-        """Whether faces of both parts of each pair passed through one another."""
-        if not len(parts):
-            return np.zeros(0, bool)
-        suspects = np.zeros(len(self.keep), np.uint8)
-        suspects[parts] = 1
-        faces = np.flatnonzero(suspects[self.facets.facet_of_face])
-        before = self.facets.facet_of_face[faces][_core.find_crossings(self.points, self.faces[faces])]
-        return np.isin(self._key(*parts.T), self._key(*before.T))
-
-    def _step_down(self, part: np.int32, cause: Cause, culprits: Indices, trouble: Indices) -> None:
-        """Keep more of a part: the least that may help and was not tried yet."""
-        culprits = culprits[self.kept[culprits] == 0]
-        chains = self._chain_points_of(part)
-        dropped = chains[self.kept[chains] == 0]
-        self.dirty[part] = True
-        if len(culprits):
-            rung = Rung.POINTS_PUT_BACK
-            self._put_back(culprits)
-        elif len(trouble) and self.splits[self.facet_of_part[part]] < MOST_SPLITS:
-            rung = Rung.SOME_FACES_KEPT
-            self.splits[self.facet_of_part[part]] += 1
-            own = self.face_order[self.face_start[part] : self.face_start[part + 1]]
-            self.cut.append(own[_touch(self.faces[own], trouble)])
-        elif len(dropped):
-            rung = Rung.OUTLINE_PUT_BACK
-            self._put_back(dropped)
-        else:
-            rung = Rung.FACES_KEPT
-            self.keep[part] = 1
-            self._keep_points_of(np.arange(len(self.keep)) == part)
-        self._note(np.array([part]), rung, cause)
-
-    def _split(self) -> None:
-        """Make each face that was cut off a part of its own, which stays, and start again."""
-        cut = np.unique(np.concatenate(self.cut)).astype(np.int32)
-        owners = self.facet_of_part[self.facets.facet_of_face[cut]]
-        self.facets = _core.split_off(self.facets, cut)
-        self.facet_of_part = np.concatenate([self.facet_of_part, owners])
-        self.keep = np.concatenate([self.keep, np.ones(len(cut), np.uint8)])
-        self._begin()
-
-    def _put_back(self, points: Indices) -> None:
-        self.must[points] = self.put_back[points] = 1
-
-    def _note(self, parts: NDArray[np.int32] | NDArray[np.int64], rung: Rung, cause: Cause) -> None:
-        facets = np.unique(self.facet_of_part[parts])
-        lower = facets[self.rung[facets] < rung]
-        self.rung[lower] = rung
-        self.cause[lower] = cause
-
-    def _keep_points_of(self, parts: NDArray[np.bool_]) -> None:
-        self.must[self.faces[parts[self.facets.facet_of_face]]] = 1
-
-    def _parts_of_points(self, points: Indices | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Parts beside the chains that pass these points."""
-        marked = np.zeros(len(self.points), bool)
-        marked[points] = True
-        chain = np.zeros(len(self.outlines.use_start) - 1, bool)
-        chain[self._chain_of_position[marked[self.outlines.chain_points]]] = True
-        return np.unique(self.use_part[chain[self._chain_of_use]])
-
-    def _chains_of(self, part: np.int32) -> Indices:
-        return self._chain_of_sorted_use[self._use_start[part] : self._use_start[part + 1]]
-
-    def _chain_points_of(self, part: np.int32) -> Indices:
-        """Points of all chains of a part."""
-        start = self.outlines.chain_start
-        runs = [self.outlines.chain_points[start[c] : start[c + 1]] for c in self._chains_of(part)]
-        return np.unique(np.concatenate(runs)) if runs else np.empty(0, np.int32)
-
-    def _greatest_of_chain(self, of_part: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Greatest value among the parts of each chain."""
-        if len(self.use_part) == 0:
-            return np.zeros(len(self.outlines.use_start) - 1)
-        return np.maximum.reduceat(of_part[self.use_part], self.outlines.use_start[:-1])
-
-    def _greatest_of_part(self, values: NDArray[np.float64], chain: Indices) -> NDArray[np.float64]:
-        """Greatest value among the chains of each part, given values that each belong to a chain."""
-        of_chain = np.zeros(len(self.outlines.use_start) - 1)
-        np.maximum.at(of_chain, chain, values)
-        of_part = np.zeros(len(self.facets.planes))
-        np.maximum.at(of_part, self.use_part, of_chain[self._chain_of_use])
-        return of_part
-
-
-def _starts(counts: NDArray[np.int64]) -> Indices:
-    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-
-
-def _of(part: np.int32, rows: Indices) -> Indices:
-    """What follows the part in the rows that belong to it; `rows` are sorted."""
-    low, high = np.searchsorted(rows[:, 0], [part, part + 1])
-    return rows[low:high, 1:]
-
-
 def _touch(faces: Faces, edges: Indices) -> NDArray[np.bool_]:
-    """Faces that have both ends of an edge; of an edge with equal ends, that point."""
+    """Find faces that have both ends of an edge; of an edge with equal ends, that point."""
     both = [np.isin(faces, edge).sum(axis=1) == (2 if edge[0] != edge[1] else 1) for edge in edges]
     touched: NDArray[np.bool_] = np.any(both, axis=0)
     return touched

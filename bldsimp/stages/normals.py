@@ -1,37 +1,38 @@
-"""Vertex normals of a result: the input's at kept points, made anew and smooth but for creases, or none."""
+"""Resolve the vertex normals of a result: keep the input's, make smooth ones up to creases, or write none."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import Faces, Mesh, Points, SimplifiedMesh
+from ..model import Faces, Mesh, Points, SimplifiedMesh, cast_indices
 from ..options import FLAT_NORMALS_DEGREES, Options
-from ..unique_rows import find_unique_rows
+from ..unique_rows import assign_rows, find_unique_rows, join_pairs
 
 Indices = NDArray[np.int64]
 Normals = NDArray[np.float64]
 
 
-def resolve_normals(mesh: Mesh, light: SimplifiedMesh, options: Options) -> tuple[SimplifiedMesh, Normals | None]:
-    """A result with a row for each normal that it needs, and the normals to write with it.
+def resolve_normals(mesh: Mesh, result: SimplifiedMesh, options: Options) -> tuple[SimplifiedMesh, Normals | None]:
+    """Give a result a row for each normal that it needs, and the normals to write with it.
 
     Parameters
     ----------
     mesh : Mesh
-    light : SimplifiedMesh
+    result : SimplifiedMesh
         Left as it is.
     options : Options
         `Options.normals` and `Options.crease_angle`.
 
     Returns
     -------
-    light : SimplifiedMesh
+    result : SimplifiedMesh
         The same one where no row has to be told apart; else rows are added at its end.
     normals : (n, 3) float64 or None
-        One for each row of the light. None means flat: each face has the normal of its plane, and no file need say
+        One for each row of the result. None means flat: each face has the normal of its plane, and no file need say
         so. A row is zero where the input has no normal.
 
     Notes
@@ -41,54 +42,61 @@ def resolve_normals(mesh: Mesh, light: SimplifiedMesh, options: Options) -> tupl
     than the crease angle from the normal of a face there, and is made anew with creases.
     """
     if options.normals not in ("auto", "smooth") or (options.normals == "auto" and mesh.normals is None):
-        return light, None
-    fixed = mesh.passed_on
-    stored = np.zeros_like(light.points) if mesh.normals is None else _turned(mesh, light, mesh.normals)
-    made = ~fixed[light.part_of_face]
+        return result, None
+    made = ~mesh.passed_on[result.part_of_face]
+    stored = np.zeros_like(result.points) if mesh.normals is None else _turn_normals(mesh, result, mesh.normals)
+    smooth = np.zeros(len(result.points), bool)
     if options.normals == "auto":
         assert mesh.normals is not None
-        if are_flat(mesh.points, mesh.faces[~fixed[mesh.part_of_face]], mesh.normals):
-            return light, None
-        smooth = _is_smooth(mesh.points, mesh.normals)[light.row]
-        moved = (light.points != mesh.points[light.row]).any(axis=1)
-        unfit = moved & (smooth | _unfit(light, stored, options.crease_angle))
-        if not np.any(unfit[light.faces] & made[:, None]):
-            return light, stored
-        corners = (unfit[light.faces] & made[:, None]).reshape(-1)
+        if are_flat(mesh.points, mesh.faces[~mesh.passed_on[mesh.part_of_face]], mesh.normals):
+            return result, None
+        smooth = _find_smooth_rows(mesh.points, mesh.normals)[result.row]
+        moved = (result.points != mesh.points[result.row]).any(axis=1)
+        unfit = moved & (smooth | _find_unfit_rows(result.points, result.faces, stored, options.crease_angle))
+        corners = (unfit[result.faces] & made[:, None]).reshape(-1)
+        if not corners.any():
+            return result, stored
     else:
-        smooth = np.zeros(len(light.points), bool)
         corners = np.repeat(made, 3)
-    group, normals = smooth_normals(light.points, light.faces, options.crease_angle)
+    return _make_normals(result, stored, smooth, corners, options.crease_angle)
+
+
+def _make_normals(
+    result: SimplifiedMesh, stored: Normals, smooth: NDArray[np.bool_], corners: NDArray[np.bool_], angle: float
+) -> tuple[SimplifiedMesh, Normals]:
+    """Make normals for some corners: those of smooth rows across all edges, others up to creases."""
+    group, normals = compute_smooth_normals(result.points, result.faces, angle)
     if smooth.any():
-        whole, means = smooth_normals(light.points, light.faces, 180.0)
-        group = np.where(smooth[light.faces.reshape(-1)], whole + len(normals), group)
+        whole, means = compute_smooth_normals(result.points, result.faces, 180.0)
+        group = np.where(smooth[result.faces.reshape(-1)], whole + len(normals), group)
         normals = np.concatenate([normals, means])
     # Corners that keep what is stored are one group for each row.
     group[~corners] = -1
-    pairs = np.stack([light.faces.reshape(-1), group], axis=1)
+    pairs = np.stack([result.faces.reshape(-1), group], axis=1)
     first, inverse = find_unique_rows(pairs)
     source, own = pairs[first].T
-    light, row = _with_rows(light, source, inverse)
-    result = np.zeros_like(light.points)
-    result[: len(stored)] = stored
-    result[row] = np.where((own >= 0)[:, None], normals[np.maximum(own, 0)], stored[source])
-    return light, result
+    row, added = assign_rows(source, len(result.points))
+    split = dataclasses.replace(result, faces=cast_indices(row[inverse].reshape(-1, 3)))
+    split.add_rows(added)
+    made = np.concatenate([stored, np.zeros((len(added), 3))])
+    made[row] = np.where((own >= 0)[:, None], normals[np.maximum(own, 0)], stored[source])
+    return split, made
 
 
-def _turned(mesh: Mesh, light: SimplifiedMesh, normals: Normals) -> Normals:
-    """Stored normals of a result's rows, the other way where they agreed with faces that were all turned."""
-    stored = normals[light.row]
-    before = face_normals(mesh.points, mesh.faces)[light.face]
-    turned = (face_normals(light.points, light.faces) * before).sum(axis=1) < 0.0
+def _turn_normals(mesh: Mesh, result: SimplifiedMesh, normals: Normals) -> Normals:
+    """Return the stored normals of a result's rows, turned where they agreed with faces that were all turned."""
+    stored = normals[result.row]
+    before = compute_face_normals(mesh.points, mesh.faces)[result.face]
+    turned = (compute_face_normals(result.points, result.faces) * before).sum(axis=1) < 0.0
     if not turned.any():
         return stored
-    agrees = ((stored[light.faces] * before[:, None]).sum(axis=2) > 0.0) & turned[:, None]
-    both = np.stack([np.bincount(light.faces[chosen], minlength=len(stored)) for chosen in (agrees, ~agrees)])
+    agrees = ((stored[result.faces] * before[:, None]).sum(axis=2) > 0.0) & turned[:, None]
+    both = np.stack([np.bincount(result.faces[chosen], minlength=len(stored)) for chosen in (agrees, ~agrees)])
     return np.where(((both[0] > 0) & (both[1] == 0))[:, None], -stored, stored)
 
 
-def _is_smooth(points: Points, normals: Normals) -> NDArray[np.bool_]:
-    """Rows at whose positions all stored normals are one, within `FLAT_NORMALS_DEGREES`."""
+def _find_smooth_rows(points: Points, normals: Normals) -> NDArray[np.bool_]:
+    """Find rows at whose positions all stored normals are one, within `FLAT_NORMALS_DEGREES`."""
     first, position = find_unique_rows(points)
     # Sums in an order that is not the file's.
     order = np.lexsort((*normals.T, position))
@@ -99,64 +107,28 @@ def _is_smooth(points: Points, normals: Normals) -> NDArray[np.bool_]:
     return np.asarray((np.bincount(position[differs], minlength=len(first)) == 0)[position])
 
 
-def _unfit(light: SimplifiedMesh, stored: Normals, angle: float) -> NDArray[np.bool_]:
-    """Rows whose normals are farther than an angle from that of a face there."""
-    cross = face_normals(light.points, light.faces)
+def _find_unfit_rows(points: Points, faces: Faces, normals: Normals, angle: float) -> NDArray[np.bool_]:
+    """Find rows whose normals are farther than an angle from that of a face there; none and no area fit."""
+    cross = compute_face_normals(points, faces)
+    length = np.linalg.norm(cross, axis=1)
     least = math.cos(math.radians(min(angle, 180.0)))
-    unfit = np.zeros(len(light.points), bool)
-    for corner in light.faces.T:
-        product = (stored[corner] * cross).sum(axis=1)
-        norms = np.linalg.norm(stored[corner], axis=1) * np.linalg.norm(cross, axis=1)
-        unfit[corner[product < least * norms]] = True
+    unfit = np.zeros(len(points), bool)
+    for corner in faces.T:
+        product = (normals[corner] * cross).sum(axis=1)
+        unfit[corner[product < least * (np.linalg.norm(normals[corner], axis=1) * length)]] = True
     return unfit
 
 
-def _with_rows(light: SimplifiedMesh, source: Indices, place: Indices) -> tuple[SimplifiedMesh, Indices]:
-    """A light whose corners have rows of their own: the first of each row's keeps it, the others get added ones.
-
-    Parameters
-    ----------
-    light : SimplifiedMesh
-    source : (d,) int
-        The row that each new one is a copy of.
-    place : (3 k,) int
-        Which of them each corner reads.
-
-    Returns
-    -------
-    light : SimplifiedMesh
-    row : (d,) int
-        Where each is.
-    """
-    stays = np.zeros(len(source), bool)
-    stays[np.unique(source, return_index=True)[1]] = True
-    row = source.copy()
-    row[~stays] = len(light.points) + np.arange(np.count_nonzero(~stays))
-    added = np.concatenate([np.arange(len(light.points)), source[~stays]])
-    faces = row[place].reshape(-1, 3).astype(np.int32)
-    changed = {name: values[added] for name, values in light.changed.items()}
-    return SimplifiedMesh(light.points[added], faces, light.part_of_face, light.row[added], light.face, changed), row
-
-
 def are_flat(points: Points, faces: Faces, normals: Normals) -> bool:
-    """Whether all normals are the normals of their faces, within `FLAT_NORMALS_DEGREES`.
+    """Tell whether all normals are the normals of their faces, within `FLAT_NORMALS_DEGREES`.
 
     Rows without a normal and faces without area do not count.
     """
-    least = math.cos(math.radians(FLAT_NORMALS_DEGREES))
-    cross = face_normals(points, faces)
-    length = np.linalg.norm(cross, axis=1)
-    for corner in range(3):
-        given = normals[faces[:, corner]]
-        product = (given * cross).sum(axis=1)
-        norms = np.linalg.norm(given, axis=1) * length
-        if np.any((norms > 0.0) & (product < least * norms)):
-            return False
-    return True
+    return not _find_unfit_rows(points, faces, normals, FLAT_NORMALS_DEGREES).any()
 
 
-def smooth_normals(points: Points, faces: Faces, angle: float) -> tuple[Indices, Normals]:
-    """Normals averaged over faces that meet at a position and turn by less than an angle from one to the next.
+def compute_smooth_normals(points: Points, faces: Faces, angle: float) -> tuple[Indices, Normals]:
+    """Average normals over faces that meet at a position and turn by less than an angle from one to the next.
 
     Parameters
     ----------
@@ -175,21 +147,23 @@ def smooth_normals(points: Points, faces: Faces, angle: float) -> tuple[Indices,
     used, compact = np.unique(faces, return_inverse=True)
     own = points[used]
     position = find_unique_rows(own)[1][compact.reshape(-1)].reshape(-1, 3)
-    cross = face_normals(points, faces)
+    cross = compute_face_normals(points, faces)
     length = np.linalg.norm(cross, axis=1)
     unit = cross / np.maximum(length, np.finfo(float).tiny)[:, None]
-    group = np.unique(_joined(3 * len(faces), *_across(position, unit, length > 0.0, angle)), return_inverse=True)[1]
+    group = np.unique(
+        join_pairs(3 * len(faces), *_pair_corners(position, unit, length > 0.0, angle)), return_inverse=True
+    )[1]
     total = np.zeros((int(group.max(initial=-1)) + 1, 3))
     for corner in range(3):
-        weighted = unit * _angles(points, np.roll(faces, -corner, axis=1))[:, None]
+        weighted = unit * _measure_angles(points, np.roll(faces, -corner, axis=1))[:, None]
         for axis in range(3):
             total[:, axis] += np.bincount(group[corner::3], weighted[:, axis], len(total))
     size = np.linalg.norm(total, axis=1, keepdims=True)
     return group, np.where(size > 0.0, total / np.maximum(size, np.finfo(float).tiny), (0.0, 0.0, 1.0))
 
 
-def _across(position: Indices, unit: Normals, wide: NDArray[np.bool_], angle: float) -> tuple[Indices, Indices]:
-    """Pairs of corners that share a normal: both ends of each edge that is not hard."""
+def _pair_corners(position: Indices, unit: Normals, wide: NDArray[np.bool_], angle: float) -> tuple[Indices, Indices]:
+    """Find pairs of corners that share a normal: both ends of each edge that is not hard."""
     following = np.roll(position, -1, axis=1).reshape(-1)
     start = position.reshape(-1)
     low, high = np.minimum(start, following), np.maximum(start, following)
@@ -207,28 +181,14 @@ def _across(position: Indices, unit: Normals, wide: NDArray[np.bool_], angle: fl
     return np.concatenate([a, after_a]), np.concatenate([after_b, b])
 
 
-def _joined(count: int, a: Indices, b: Indices) -> Indices:
-    """The least of what hangs together by pairs, for each of so many."""
-    label = np.arange(count)
-    while True:
-        before = label.copy()
-        least = np.minimum(label[a], label[b])
-        for side in (a, b):
-            np.minimum.at(label, before[side], least)
-            np.minimum.at(label, side, least)
-        label = label[label]
-        if np.array_equal(label, before):
-            return label
-
-
-def face_normals(points: Points, faces: Faces) -> Normals:
-    """Normals of faces, twice as long as the face is large."""
+def compute_face_normals(points: Points, faces: Faces) -> Normals:
+    """Return the normals of faces, twice as long as the face is large."""
     a, b, c = (points[faces[:, i]] for i in range(3))
     return np.cross(b - a, c - a)
 
 
-def _angles(points: Points, faces: Faces) -> NDArray[np.float64]:
-    """Angle of each face at its first corner, in radians."""
+def _measure_angles(points: Points, faces: Faces) -> NDArray[np.float64]:
+    """Return the angle of each face at its first corner, in radians."""
     a, b, c = (points[faces[:, i]] for i in range(3))
     u, v = b - a, c - a
     return np.asarray(np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1)))

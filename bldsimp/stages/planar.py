@@ -1,103 +1,127 @@
-"""Facets, outlines, triangulation: what needs no wide tolerance."""
+"""Merge coplanar faces: facets keep the chain ends of their outlines and what their shape needs of the chains."""
 
 from __future__ import annotations
 
-import math
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _core
-from ..model import LARGEST_COORDINATE, Faces, Indices, Mesh
-from ..options import NEEDLE_DIAGONAL, WIDTH_SHARE, Options
-from ..result import MeshResult, counts, counts_of
-from ..tolerance import frame
-from .attributes import Looks, Surface
-from .fallback import climb
-from .provenance import in_rows, owners_of
-from .weld import at_their_points, weld
+from ..model import Indices, cast_indices, measure_box
+from .facets import FacetedSurface, Limits, derive_limits, find_facets
+from .fallback import Assembly, simplify_facets
+from .surface import Surface
 
 
-def lossless(mesh: Mesh, tolerance: float, options: Options, *, with_layout: bool = False) -> MeshResult:
-    """Facets, outlines, triangulation: what needs no wide tolerance."""
-    looks = Looks(mesh, options)
-    welded, moved = weld(mesh, options.weld, looks.layers())
-    points = welded.points
-    part = mesh.part_of_face[welded.source]
-    pinned = mesh.passed_on[part]
+@dataclass(frozen=True)
+class MergedSurface:
+    """A surface whose coplanar faces were merged.
 
-    origin, diagonal, slack = frame(mesh.box)
-    # Squares of it must not leave the range of double precision.
-    within = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
-    width, needle = WIDTH_SHARE * within, min(within, NEEDLE_DIAGONAL * diagonal)
-    rows = _core.Rows(mesh.faces, welded.point_of_row, welded.source, welded.class_of_row)
-    faces, halfedges, turned = _oriented(welded, rows, pinned, width)
-    surface = Surface(points, faces, halfedges, rows, welded.source, part)
+    Attributes
+    ----------
+    surface : Surface
+        As it was before; the triangles of `assembly` are over its points.
+    facets : Facets
+        Of its faces.
+    assembly : Assembly
+    slack : float
+        What rounding may add to a distance; model units.
+    """
 
-    def find(label: Indices) -> _core.Facets:
-        fold = math.sqrt(within**2 - width**2)
-        return _core.find_facets(points, faces, halfedges, label, origin, width, needle, fold)
+    surface: Surface
+    facets: _core.Facets
+    assembly: Assembly
+    slack: float
 
-    label = looks.labels(surface, pinned, needle)
-    facets = find(label)
-    charted = looks.charts(surface, *_core.group_faces(facets))
-    if charted is not None and len(charted.maps) > len(facets.planes):
-        label = np.where(pinned, np.int32(-1), charted.of_face)
-        facets = find(label)
-    frozen = np.zeros(len(facets.planes), np.uint8)
-    frozen[facets.facet_of_face[pinned]] = 1
-    assembled = climb(points, faces, halfedges, facets, within, frozen)
-    owners = owners_of(facets.facet_of_face, part, label, len(assembled.rung))
-    light, facet_of_light, foreign = in_rows(
-        mesh, assembled.triangles, assembled.facet_of_triangle, assembled.unchanged, assembled.kept, surface, owners
-    )
-    if moved > 0:
-        light.faces, away = at_their_points(mesh, light, welded, label, owners.group_of_facet[facet_of_light])
-        foreign = np.union1d(foreign, away).astype(np.int32)
-    # The last is that of faces without a facet, which are passed on.
-    chart_of_facet, texels = np.zeros(len(assembled.rung) + 1, np.int32), 0.0
-    if charted is not None:
-        chart_of_facet[facets.facet_of_face] = charted.of_face
-        texels = float(charted.texels[chart_of_facet[:-1][assembled.unchanged == 0]].max(initial=0.0))
-        if moved > 0:
-            texels += looks.carried_along(surface, welded.point_of_row, charted)
-    looks.follow(light, mesh.points, foreign, chart_of_facet[facet_of_light], charted)
-    moved += float(assembled.deviation.max(initial=0.0))
-    return MeshResult(
-        light=light,
-        points=points,
-        triangles=assembled.triangles,
-        facet_of_triangle=assembled.facet_of_triangle,
-        facet_of_light=facet_of_light,
-        facet_of_face=facets.facet_of_face,
-        source=welded.source,
-        planes=facets.planes,
-        rung=assembled.rung,
-        unchanged=assembled.unchanged,
-        before=counts(len(points), len(mesh.faces), halfedges.open_edges, halfedges.nonmanifold_edges),
-        after=counts_of(assembled.triangles, points, light),
-        deviation=moved + slack if moved > 0 or not assembled.unchanged.all() else 0.0,
-        texels=texels,
-        degenerate=welded.degenerate,
-        duplicate=welded.duplicate,
-        turned=turned,
-        healed=assembled.healed,
-        touching=assembled.touching,
-        reasons={cause.name.lower(): count for cause, count in assembled.causes.items()},
-        statistics=assembled.statistics,
-        layout=assembled.layout if with_layout else None,
-    )
+    def bound_deviation(self, moved: float = 0.0) -> float:
+        """Bound how far the surface has moved, where welding had moved it before; model units."""
+        moved += float(self.assembly.deviation.max(initial=0.0))
+        return moved + self.slack if moved > 0 or not self.assembly.unchanged.all() else 0.0
+
+    def find_parents(self) -> Indices:
+        """Return, for each triangle, a face of the surface in its facet."""
+        face_of_facet = np.zeros(len(self.assembly.level), np.int32)
+        face_of_facet[self.facets.facet_of_face] = np.arange(len(self.surface.faces), dtype=np.int32)
+        return face_of_facet[self.assembly.facet_of_triangle]
+
+    def find_corner_facets(self) -> Indices:
+        """Return, for each corner of each triangle, the facet of the welded mesh whose rows it reads, (k, 3)."""
+        of_triangle, triangles = self.assembly.facet_of_triangle, self.assembly.triangles
+        if self.surface.facet is None:
+            return np.repeat(of_triangle[:, None], 3, axis=1)
+        # A facet here may join several of those: each corner reads what a face of the surface has there.
+        count = len(self.surface.points)
+        key = self.facets.facet_of_face[:, None].astype(np.int64) * count + self.surface.faces
+        key, facet = key.reshape(-1), np.repeat(self.surface.facet, 3)
+        order = np.lexsort((facet, key))
+        sought = of_triangle[:, None].astype(np.int64) * count + triangles
+        return facet[order][np.searchsorted(key[order], sought)]
+
+    def take_result(self) -> Surface:
+        """Return the result as a surface for the next stage."""
+        facet = self.assembly.facet_of_triangle if self.surface.facet is None else None
+        return self.surface.with_faces(self.assembly.triangles, self.find_parents(), facet)
 
 
-def _oriented(
-    welded: _core.Welded, rows: _core.Rows, pinned: NDArray[np.bool_], width: float
-) -> tuple[Faces, _core.Halfedges, int]:
-    """Faces and halfedges with consistent, outward winding, and how many faces that turned."""
-    points, faces = welded.points, welded.faces
-    halfedges = _core.pair_halfedges(points, faces, rows, width)
-    turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
-    if len(turned):
-        faces = faces.copy()
-        faces[turned] = faces[turned][:, [0, 2, 1]]
-        halfedges = _core.pair_halfedges(points, faces, rows, width)
-    return faces, halfedges, len(turned)
+def merge_coplanar(surface: Surface, halfedges: _core.Halfedges, facets: _core.Facets, limits: Limits) -> MergedSurface:
+    """Merge the faces of each facet, and drop the points that no facet needs.
+
+    Parameters
+    ----------
+    surface : Surface
+        Oriented; each of its points is used.
+    halfedges : Halfedges
+    facets : Facets
+        Found on its faces, within its labels.
+    limits : Limits
+
+    Returns
+    -------
+    MergedSurface
+
+    Notes
+    -----
+    Nearly linear in the number of faces. Every point of the result is a point of the surface.
+
+    References
+    ----------
+    "Morphological recognition optimization of 3D building simplification by Delaunay algorithm", section on the
+    simplification model.
+    """
+    pinned = np.zeros(len(facets.planes), np.uint8)
+    pinned[facets.facet_of_face[surface.label < 0]] = 1
+    faceted = FacetedSurface(surface.points, surface.faces, surface.decided, halfedges, facets)
+    return MergedSurface(surface, facets, simplify_facets(faceted, limits.tolerance, pinned), limits.slack)
+
+
+def merge_remaining(surface: Surface, tolerance: float) -> MergedSurface:
+    """Merge the coplanar faces of a surface that edge collapses have left.
+
+    Parameters
+    ----------
+    surface : Surface
+        Oriented; each of its points is used.
+    tolerance : float
+        Model units.
+    """
+    limits = derive_limits(measure_box(surface.points), tolerance)
+    halfedges = _core.pair_halfedges(surface.points, surface.faces, None, limits.width)
+    facets = find_facets(surface.points, surface.faces, halfedges, surface.label, limits)
+    return merge_coplanar(surface, halfedges, facets, limits)
+
+
+def map_facets(before: Indices, after: Indices, count: int) -> Indices:
+    """Return for each facet before the one after that has most of its faces; -1 where it has none.
+
+    Parameters
+    ----------
+    before, after : (m,) int32
+        The facets of each face.
+    count : int
+        Of the facets before.
+    """
+    pairs, faces = np.unique(np.stack([before, after], axis=1), axis=0, return_counts=True)
+    order = np.lexsort((-pairs[:, 1], faces))
+    facet = np.full(count, -1, np.int32)
+    facet[pairs[order, 0]] = pairs[order, 1]
+    return cast_indices(facet)

@@ -1,87 +1,158 @@
-"""Corners: which row of the file each corner of the result reads."""
+"""Resolve which row of the mesh each corner of a result reads, once, at the end."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import _core
-from ..model import Faces, Flags, Indices, Mesh, SimplifiedMesh
-from .attributes import Surface
+from ..model import Faces, Flags, Indices, Mesh, Points, SimplifiedMesh, cast_indices
+from .surface import Surface
+from .weld import WeldedMesh
 
 
-@dataclass
+@dataclass(frozen=True)
 class Owners:
-    """What faces and facets belong to; a group is what no facet may leave."""
+    """What the faces and facets of a welded mesh belong to.
+
+    Attributes
+    ----------
+    facet_of_face : (m,) int32
+    label_of_facet : (f,) int32
+        What no facet may leave.
+    part_of_facet : (f,) int32
+    unchanged : (f,) uint8
+        Facets whose faces keep the rows that they have.
+    """
 
     facet_of_face: Indices
+    label_of_facet: Indices
     part_of_facet: Indices
-    group_of_facet: Indices
+    unchanged: Flags
 
 
-def owners_of(facet_of_face: Indices, part: Indices, group: Indices, count: int) -> Owners:
-    """What facets belong to, by what their faces, all of one part and one group, do."""
-    part_of_facet, group_of_facet = np.zeros(count, np.int32), np.zeros(count, np.int32)
+def find_owners(facet_of_face: Indices, label: Indices, part: Indices, unchanged: Flags) -> Owners:
+    """Tell what facets belong to from what their faces, all of one label and part, do."""
+    label_of_facet, part_of_facet = np.zeros(len(unchanged), np.int32), np.zeros(len(unchanged), np.int32)
+    label_of_facet[facet_of_face] = label
     part_of_facet[facet_of_face] = part
-    group_of_facet[facet_of_face] = group
-    return Owners(facet_of_face, part_of_facet, group_of_facet)
+    return Owners(facet_of_face, label_of_facet, part_of_facet, unchanged)
 
 
-def in_rows(
-    mesh: Mesh,
-    triangles: Faces,
-    facet: Indices,
-    unchanged: Flags,
-    kept: Flags,
-    surface: Surface,
-    owners: Owners,
+@dataclass(frozen=True)
+class TracedFaces:
+    """The triangles of a result, and where they came from.
+
+    Attributes
+    ----------
+    triangles : (k, 3) int32
+        Over the points of the welded mesh.
+    facet : (k, 3) int32
+        The facet of the welded mesh that each corner was part of.
+    source : (k,) int32
+        A face of the mesh that has the face attributes of each of them.
+    label : (k,) int32
+    """
+
+    triangles: Faces
+    facet: Indices
+    source: Indices
+    label: Indices
+
+
+def resolve_rows(
+    mesh: Mesh, welded: WeldedMesh, traced: TracedFaces, owners: Owners
 ) -> tuple[SimplifiedMesh, Indices, Indices]:
     """Tell a result in rows of the mesh; parts that are passed on keep their faces to the letter.
 
     Parameters
     ----------
     mesh : Mesh
-    triangles : (k, 3) int32
-    facet : (k,) int32
-        Of each triangle.
-    unchanged : (f,) uint8
-        Facets whose faces keep the rows that they have.
-    kept : (n,) uint8
-        Points that triangles use.
-    surface : Surface
+    welded : WeldedMesh
+    traced : TracedFaces
     owners : Owners
 
     Returns
     -------
-    light : SimplifiedMesh
-    facet : (k,) int32
-        Of its faces.
+    result : SimplifiedMesh
+        Its points are those of the mesh.
+    label : (k,) int32
+        Of its triangles.
     foreign : (j,) int32
-        Corners whose rows are those of another group.
+        Corners whose rows are those of another label.
     """
+    kept = np.zeros(len(welded.points), np.uint8)
+    kept[traced.triangles] = 1
     found, foreign = _core.find_rows(
-        triangles, facet, surface.faces, surface.rows, owners.facet_of_face, owners.group_of_facet,
-        owners.part_of_facet, unchanged, kept,
-    )  # fmt: skip
-    face_of_facet = np.zeros(len(owners.part_of_facet), np.int32)
-    face_of_facet[owners.facet_of_face] = surface.source
-    row = np.arange(len(mesh.points), dtype=np.int32)
-    part = owners.part_of_facet[facet]
-    if not mesh.passed_on.any():
-        return SimplifiedMesh(mesh.points, found, part, row, face_of_facet[facet]), facet, foreign
-    fresh = ~mesh.passed_on[part]
-    place = np.cumsum(fresh) - 1
-    foreign = foreign[fresh[foreign // 3]]
-    foreign = (3 * place[foreign // 3] + foreign % 3).astype(np.int32)
-    untouched = mesh.passed_on[mesh.part_of_face]
-    facet_of_input = np.full(len(mesh.faces), -1, np.int32)
-    facet_of_input[surface.source] = owners.facet_of_face
-    light = SimplifiedMesh(
-        mesh.points,
-        np.concatenate([found[fresh], mesh.faces[untouched]]),
-        np.concatenate([part[fresh], mesh.part_of_face[untouched]]),
-        row,
-        np.concatenate([face_of_facet[facet[fresh]], np.flatnonzero(untouched).astype(np.int32)]),
+        traced.triangles,
+        traced.facet,
+        welded.faces,
+        welded.rows,
+        owners.facet_of_face,
+        owners.label_of_facet,
+        owners.part_of_facet,
+        owners.unchanged,
+        kept,
     )
-    return light, np.concatenate([facet[fresh], facet_of_input[untouched]]), foreign
+    part, label, source = mesh.part_of_face[traced.source], traced.label, traced.source
+    if mesh.passed_on.any():
+        fresh, untouched = ~mesh.passed_on[part], np.flatnonzero(mesh.passed_on[mesh.part_of_face])
+        place = np.cumsum(fresh) - 1
+        foreign = foreign[fresh[foreign // 3]]
+        foreign = cast_indices(3 * place[foreign // 3] + foreign % 3)
+        found = np.concatenate([found[fresh], mesh.faces[untouched]])
+        source = np.concatenate([source[fresh], cast_indices(untouched)])
+        label = np.concatenate([label[fresh], np.full(len(untouched), -1, np.int32)])
+        part = mesh.part_of_face[source]
+    result = SimplifiedMesh(mesh.points, found, part, np.arange(len(mesh.points), dtype=np.int32), source)
+    if welded.moved > 0:
+        label_of_source = np.full(len(mesh.faces), -1, np.int32)
+        label_of_source[welded.source] = owners.label_of_facet[owners.facet_of_face]
+        result.faces, away = _find_rows_at_points(mesh, result, welded, label_of_source, label)
+        foreign = cast_indices(np.union1d(foreign, away))
+    return result, label, foreign
+
+
+def place_rows(rows: Points, welded: WeldedMesh, surface: Surface) -> Points:
+    """Return the rows of a mesh at the places to which their points have moved, (r, 3)."""
+    places = welded.points.copy()
+    places[surface.origin] = surface.points
+    moved = (places != welded.points).any(axis=1)
+    chosen = np.flatnonzero((welded.point_of_row >= 0) & moved[welded.point_of_row])
+    placed = rows.copy()
+    placed[chosen] = places[welded.point_of_row[chosen]]
+    return placed
+
+
+def _find_rows_at_points(
+    mesh: Mesh, result: SimplifiedMesh, welded: WeldedMesh, label_of_source: Indices, label: Indices
+) -> tuple[Faces, NDArray[np.int64]]:
+    """Find, where welding moved points, rows that lie where those are, and corners that got rows of another label.
+
+    Rows of the same label are taken where it has one there, else of the same part.
+    """
+    point, count = welded.point_of_row.astype(np.int64), len(welded.points)
+    there = (point >= 0) & (mesh.points == welded.points[point]).all(axis=1)
+    stored = there[mesh.faces]
+    faces, away = result.faces.copy(), ~there[result.faces]
+    rows, wanted = mesh.faces[stored], point[faces[away]]
+
+    def find(kind: Indices, kind_of_result: Indices) -> tuple[Indices, NDArray[np.bool_]]:
+        keys = point[rows] + count * np.repeat(kind.astype(np.int64), stored.sum(axis=1))
+        sought = wanted + count * np.repeat(kind_of_result.astype(np.int64), away.sum(axis=1))
+        return _look_up(keys, rows, sought)
+
+    anywhere, _ = _look_up(point[rows], rows, wanted)
+    of_part, in_part = find(mesh.part_of_face, result.part_of_face)
+    of_label, in_label = find(label_of_source, label)
+    faces[away] = np.where(in_label, of_label, np.where(in_part, of_part, anywhere))
+    return faces, np.flatnonzero(away)[~in_label]
+
+
+def _look_up(keys: NDArray[np.int64], values: Indices, wanted: NDArray[np.int64]) -> tuple[Indices, NDArray[np.bool_]]:
+    """Return the least value of each wanted key, and whether there is one."""
+    order = np.lexsort((values, keys))
+    place = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+    return values[order][place], keys[order][place] == wanted

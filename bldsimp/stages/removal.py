@@ -1,4 +1,4 @@
-"""What goes as a whole: bodies that the rest of a mesh holds, and components smaller than asked for."""
+"""Remove redundant bodies and small components, and fill small holes."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..model import Faces, Flags, Indices, Mesh, Points, SimplifiedMesh
+from ..model import Faces, Flags, Indices, Mesh, Points, cast_indices, measure_box
 from ..options import SPARE_SHARE, Options
-from ..tolerance import scale, transform_points
+from ..tolerance import frame, transform_points
 from ..unique_rows import find_unique_rows
+from .surface import Surface
+from .weld import WeldedMesh
 
 WITHIN_TOLERANCE = "within_tolerance"
 SMALLER_THAN_MIN_PART = "smaller_than_min_part"
@@ -19,14 +21,14 @@ SMALLER_THAN_MIN_PART = "smaller_than_min_part"
 
 @dataclass(frozen=True)
 class Dropped:
-    """What went as a whole.
+    """A component or body that was removed.
 
     Attributes
     ----------
     part : int
         The part of the mesh that most of its triangles belong to.
     triangles : int
-        That it had by then.
+        How many it had when it was removed.
     box : (2, 3) float64
         Least and greatest coordinates, in the mesh's own frame.
     reason : str
@@ -39,10 +41,76 @@ class Dropped:
     reason: str
 
 
-def spare(
+@dataclass(frozen=True)
+class Details:
+    """What a wide tolerance removes and fills before edges collapse.
+
+    Attributes
+    ----------
+    left_out : (m,) uint8
+        Faces that are removed: what remains must stay within the tolerance of them.
+    dropped : list of Dropped
+    lids : (k, 3) int32
+        Faces that fill holes.
+    beside : (k,) int32
+        A face of the surface beside each lid.
+    closed : int
+        Boundary loops that were closed.
+    """
+
+    left_out: Flags
+    dropped: list[Dropped]
+    lids: Faces
+    beside: Indices
+    closed: int
+
+    @property
+    def change_anything(self) -> bool:
+        """Whether anything is removed or filled."""
+        return len(self.dropped) > 0 or self.closed > 0
+
+
+def remove_details(
+    mesh: Mesh, surface: Surface, textured: NDArray[np.bool_], tolerance: float, options: Options
+) -> Details:
+    """Find bodies that the rest of a surface holds within a tolerance, and faces that fill its small holes.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    surface : Surface
+    textured : (p,) bool
+        Parts that stay, since their pictures would be missed, however near the rest is.
+    tolerance : float
+        Model units.
+    options : Options
+        `allow_close`.
+    """
+    within = tolerance - frame(measure_box(surface.points))[2]
+    part = mesh.part_of_face[surface.source]
+    pinned = (surface.label < 0).astype(np.uint8)
+    one_sided = np.array([one.one_sided for one in mesh.parts], np.uint8)[part]
+    left_out, dropped = find_redundant_bodies(
+        surface.points, surface.faces, part, pinned | textured[part], one_sided, within
+    )
+    lids, beside, closed = np.empty((0, 3), np.int32), np.empty(0, np.int32), 0
+    if options.allow_close:
+        remaining = cast_indices(np.flatnonzero(left_out == 0))
+        found = _core.find_lids(
+            surface.points,
+            surface.faces[remaining],
+            surface.label[remaining],
+            pinned[remaining],
+            SPARE_SHARE * within,
+        )
+        lids, beside, closed = found.faces, remaining[found.beside], found.closed
+    return Details(left_out, dropped, lids, beside, closed)
+
+
+def find_redundant_bodies(
     points: Points, faces: Faces, part_of_face: Indices, pinned: Flags, one_sided: Flags, tolerance: float
 ) -> tuple[Flags, list[Dropped]]:
-    """Bodies of which every point is within a tolerance of what remains.
+    """Find bodies of which every point is within a tolerance of what remains.
 
     Parameters
     ----------
@@ -58,24 +126,24 @@ def spare(
 
     Returns
     -------
-    spare : (m,) uint8
-        Faces that can go.
+    redundant : (m,) uint8
+        Faces that can be removed.
     dropped : list of Dropped
 
     Notes
     -----
-    A body is what of a component can go without opening the rest: solids that touch along an edge are two. The
-    smallest goes first; of two that hold one another, one stays.
+    A body is what of a component can be removed without opening the rest: solids that touch along an edge are two.
+    The smallest is tried first; of two that hold one another, one stays.
     """
     body = _core.find_bodies(points, faces)
-    pinned = pinned | (_are_sheets(faces, body) & one_sided)
+    pinned = pinned | (_find_sheets(faces, body) & one_sided)
     found = _core.find_spare(points, faces, body, pinned, SPARE_SHARE * tolerance)
     gone = np.flatnonzero(found)
-    return found, _listed(points, faces[gone], body[gone], part_of_face[gone], WITHIN_TOLERANCE)
+    return found, _list_dropped(points, faces[gone], body[gone], part_of_face[gone], WITHIN_TOLERANCE)
 
 
-def _are_sheets(faces: Faces, body: Indices) -> Flags:
-    """Faces of bodies that have open edges of their own."""
+def _find_sheets(faces: Faces, body: Indices) -> Flags:
+    """Find faces of bodies that have open edges of their own."""
     ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     edges = np.column_stack([np.repeat(body, 3), ends])
     first, edge = find_unique_rows(edges)
@@ -84,68 +152,64 @@ def _are_sheets(faces: Faces, body: Indices) -> Flags:
     return is_open[body]
 
 
-def without_small(meshes: list[Mesh], options: Options) -> tuple[list[SimplifiedMesh | None], list[list[Dropped]], int]:
-    """What is left of meshes without the components whose boxes have a smaller diagonal than `min_part` in world space.
+def find_small_components(
+    meshes: list[Mesh], welded: list[WeldedMesh], options: Options
+) -> tuple[list[NDArray[np.bool_]], list[list[Dropped]], int]:
+    """Find the components whose boxes have a smaller diagonal than `min_part` in world space.
 
     Parameters
     ----------
-    meshes : list of Mesh
+    meshes, welded : list
         Of one scene. The largest component of all that it shows stays, and so do parts that are passed on.
     options : Options
+        `min_part`, model units.
 
     Returns
     -------
-    lights : list of SimplifiedMesh or None
-        Of each mesh the faces that stay; None where all do.
+    small : list of (m,) bool
+        For each mesh the welded faces to remove.
     dropped : list of list of Dropped
         Of each mesh.
     staying : int
         Components that are as small, and stay since a part of theirs is passed on.
     """
-    found = [_Components(mesh, options) for mesh in meshes]
+    found = [_Components(mesh, own) for mesh, own in zip(meshes, welded, strict=True)]
     largest = max((one.sizes.max(initial=-1.0) for one in found if len(one.mesh.transforms)), default=-1.0)
     least = min(options.min_part, largest)
     staying = sum(int(np.count_nonzero(one.pinned & (one.sizes < least))) for one in found)
-    left = [one.without(~one.pinned & (one.sizes < least)) for one in found]
-    return [light for light, _ in left], [dropped for _, dropped in left], staying
+    small = [(~one.pinned & (one.sizes < least))[one.of_face] for one in found]
+    return small, [one.list_dropped(faces) for one, faces in zip(found, small, strict=True)], staying
 
 
 class _Components:
     """The components of a mesh, by the edges that faces share, in order of their least faces."""
 
-    def __init__(self, mesh: Mesh, options: Options) -> None:
-        self.mesh = mesh
-        welded = _core.weld(mesh.points, mesh.faces, options.weld / (scale(mesh) or 1.0))
-        corners = np.ascontiguousarray(welded.point_of_row[mesh.faces], np.int32)
-        component = _core.find_components(corners, len(welded.points))
+    def __init__(self, mesh: Mesh, welded: WeldedMesh) -> None:
+        self.mesh, self.welded = mesh, welded
+        component = _core.find_components(welded.faces, len(welded.points))
         roots, order = np.unique(component, return_inverse=True)
-        self.of_face = order.astype(np.int32)
+        self.of_face = cast_indices(order)
         self.pinned = np.zeros(len(roots), bool)
-        self.pinned[self.of_face[mesh.passed_on[mesh.part_of_face]]] = True
+        self.pinned[self.of_face[mesh.passed_on[mesh.part_of_face[welded.source]]]] = True
         self.sizes = np.zeros(len(roots))
         for transform in mesh.transforms if len(mesh.transforms) else np.eye(4)[None]:
-            low, high = _boxes(transform_points(mesh.points, transform), mesh.faces, self.of_face)
+            low, high = _measure_boxes(transform_points(welded.points, transform), welded.faces, self.of_face)
             self.sizes = np.maximum(self.sizes, np.sqrt(((high - low) ** 2).sum(axis=1)))
 
-    def without(self, small: NDArray[np.bool_]) -> tuple[SimplifiedMesh | None, list[Dropped]]:
-        """What stays, and what goes; None where all stays."""
-        if not small.any():
-            return None, []
-        mesh, goes = self.mesh, small[self.of_face]
-        stays = np.flatnonzero(~goes).astype(np.int32)
-        row = np.arange(len(mesh.points), dtype=np.int32)
-        light = SimplifiedMesh(mesh.points, mesh.faces[stays], mesh.part_of_face[stays], row, stays)
-        return light, _listed(
-            mesh.points, mesh.faces[goes], self.of_face[goes], mesh.part_of_face[goes], SMALLER_THAN_MIN_PART
+    def list_dropped(self, small: NDArray[np.bool_]) -> list[Dropped]:
+        """List the components of some faces."""
+        part = self.mesh.part_of_face[self.welded.source[small]]
+        return _list_dropped(
+            self.welded.points, self.welded.faces[small], self.of_face[small], part, SMALLER_THAN_MIN_PART
         )
 
 
-def _listed(points: Points, faces: Faces, group: Indices, part: Indices, reason: str) -> list[Dropped]:
-    """What goes, group by group."""
+def _list_dropped(points: Points, faces: Faces, group: Indices, part: Indices, reason: str) -> list[Dropped]:
+    """List what is removed, group by group."""
     if not len(faces):
         return []
-    order, start = _runs(group)
-    low, high = _boxes(points, faces, group)
+    order, start = _sort_groups(group)
+    low, high = _measure_boxes(points, faces, group)
     parts = np.split(part[order], start[1:])
     return [
         Dropped(int(np.argmax(np.bincount(own))), len(own), np.stack(box), reason)
@@ -153,16 +217,16 @@ def _listed(points: Points, faces: Faces, group: Indices, part: Indices, reason:
     ]
 
 
-def _boxes(points: Points, faces: Faces, group: Indices) -> tuple[Points, Points]:
-    """Least and greatest coordinates of each group of faces."""
+def _measure_boxes(points: Points, faces: Faces, group: Indices) -> tuple[Points, Points]:
+    """Return the least and greatest coordinates of each group of faces."""
     if not len(faces):
         return np.empty((0, 3)), np.empty((0, 3))
-    order, start = _runs(group)
+    order, start = _sort_groups(group)
     corners = points[faces[order]]
     return np.minimum.reduceat(corners.min(axis=1), start), np.maximum.reduceat(corners.max(axis=1), start)
 
 
-def _runs(group: Indices) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Faces group by group, and where each group starts."""
+def _sort_groups(group: Indices) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Sort faces group by group; return their order, and where each group starts."""
     order = np.argsort(group, kind="stable")
     return order, np.flatnonzero(np.diff(group[order], prepend=-1))

@@ -1,33 +1,124 @@
-"""Welding: near points become one, and corners are told where they now lie."""
+"""Weld: join equal points, and near ones where that is asked for."""
 
 from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..model import Faces, Indices, Mesh, Points, SimplifiedMesh
+from ..model import Faces, Indices, Mesh, Points, cast_indices
 
 
-def weld(mesh: Mesh, distance: float, layers: Indices | None) -> tuple[_core.Welded, float]:
-    """A mesh with near points joined, and how far that moved one; corners of parts that are passed on stay."""
+@dataclass(frozen=True)
+class WeldedMesh:
+    """A mesh whose equal points are one, and the way back to its rows.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        Distinct, in lexicographic order.
+    faces : (m, 3) int32
+        Each with its least point first, in lexicographic order; none repeats a point or copies another.
+    source : (m,) int32
+        The face of the mesh that each of them was.
+    point_of_row : (r,) int32
+        The point of each row of the mesh; -1 for rows that no face uses.
+    class_of_row : (r,) int32
+        Rows of one class are corners of copies of a face; empty where there are none.
+    input : (f, 3) int32
+        The faces of the mesh.
+    moved : float
+        How far welding has moved a point at most; model units.
+    degenerate, duplicate : int
+        Faces left out since they repeat a point, or copy another.
+    turned : int
+        Faces whose winding was turned.
+    """
+
+    points: Points
+    faces: Faces
+    source: Indices
+    point_of_row: Indices
+    class_of_row: Indices
+    input: Faces
+    moved: float
+    degenerate: int
+    duplicate: int
+    turned: int = 0
+
+    @cached_property
+    def rows(self) -> _core.Rows:
+        """Which row of the mesh each corner reads."""
+        return _core.Rows(self.input, self.point_of_row, self.source, self.class_of_row)
+
+    def select_faces(self, chosen: NDArray[np.bool_]) -> WeldedMesh:
+        """Return the mesh of some of the faces, over the points that they use."""
+        used = np.unique(self.faces[chosen])
+        number = np.full(len(self.points) + 1, -1, np.int32)
+        number[used] = np.arange(len(used), dtype=np.int32)
+        return dataclasses.replace(
+            self,
+            points=self.points[used],
+            faces=number[self.faces[chosen]],
+            source=self.source[chosen],
+            point_of_row=number[self.point_of_row],
+        )
+
+
+def weld(mesh: Mesh, distance: float, layers: Indices | None = None) -> WeldedMesh:
+    """Join the points of a mesh that are equal or near; corners of parts that are passed on stay where they are.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    distance : float
+        Points no farther apart than this are one; model units. 0 joins equal points only.
+    layers : (f,) int32, optional
+        A number for each face of the mesh: copies of a face in other layers are no copies.
+
+    Notes
+    -----
+    Nearly linear. The result depends on coordinates alone, not on the order of rows or faces.
+    """
     welded = _core.weld(mesh.points, mesh.faces, distance, layers)
-    if welded.moved == 0.0 or not mesh.passed_on.any():
-        return welded, welded.moved
+    moved = welded.moved
+    if moved > 0.0 and mesh.passed_on.any():
+        at = _place_rows(mesh, welded)
+        used = welded.point_of_row >= 0
+        moved = float(np.sqrt(((at - mesh.points)[used] ** 2).sum(axis=1).max()))
+        # Rows at their final places are welded exactly, so that points are in lexicographic order again.
+        welded = _core.weld(at, mesh.faces, 0.0, layers)
+    return WeldedMesh(
+        welded.points,
+        welded.faces,
+        welded.source,
+        welded.point_of_row,
+        welded.class_of_row,
+        mesh.faces,
+        moved,
+        welded.degenerate,
+        welded.duplicate,
+    )
+
+
+def _place_rows(mesh: Mesh, welded: _core.Welded) -> Points:
+    """Return the places of all rows where those of parts that are passed on stay, and others come to them."""
     stays = np.zeros(len(mesh.points), bool)
     stays[mesh.faces[mesh.passed_on[mesh.part_of_face]]] = True
     used = welded.point_of_row >= 0
     at = np.where(used[:, None], welded.points[welded.point_of_row], mesh.points)
-    rows, targets = _nearest_staying(mesh.points, welded.point_of_row, stays)
+    rows, targets = _find_nearest_staying(mesh.points, welded.point_of_row, stays)
     at[rows] = mesh.points[targets]
     at[stays] = mesh.points[stays]
-    moved = float(np.sqrt(((at - mesh.points)[used] ** 2).sum(axis=1).max()))
-    # What is where it shall be is welded exactly: points are in lexicographic order again.
-    return _core.weld(at, mesh.faces, 0.0, layers), moved
+    return at
 
 
-def _nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_]) -> tuple[Indices, Indices]:
-    """Rows that share a cluster with rows that stay, and the nearest of those; ties go by coordinates."""
+def _find_nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_]) -> tuple[Indices, Indices]:
+    """Find rows that share a cluster with rows that stay, and the nearest of those; ties go by coordinates."""
     staying, moving = np.flatnonzero(stays), np.flatnonzero(~stays & (cluster >= 0))
     staying = staying[np.argsort(cluster[staying], kind="stable")]
     first = np.searchsorted(cluster[staying], cluster[moving])
@@ -38,49 +129,4 @@ def _nearest_staying(points: Points, cluster: Indices, stays: NDArray[np.bool_])
     gap = points[target] - points[row]
     order = np.lexsort((*points[target].T[::-1], (gap**2).sum(axis=1), row))
     nearest = order[np.unique(row[order], return_index=True)[1]]
-    return row[nearest].astype(np.int32), target[nearest].astype(np.int32)
-
-
-def at_their_points(
-    mesh: Mesh, light: SimplifiedMesh, welded: _core.Welded, group: Indices, group_of_light: Indices
-) -> tuple[Faces, NDArray[np.int64]]:
-    """Corners by rows that lie where the welded points are, and which corners got rows of another group by that.
-
-    Rows of the same group are taken where it has one there, else of the same part.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    light : SimplifiedMesh
-    welded : Welded
-    group, group_of_light : int32
-        What no facet may leave, of each welded face and of each face of the light.
-    """
-    point = welded.point_of_row.astype(np.int64)
-    there = (point >= 0) & (mesh.points == welded.points[point]).all(axis=1)
-    stored = there[mesh.faces]
-    faces, away = light.faces.copy(), ~there[light.faces]
-    rows, wanted = mesh.faces[stored], point[faces[away]]
-
-    def of(kind: Indices, kind_of_light: Indices) -> tuple[Indices, NDArray[np.bool_]]:
-        count = len(welded.points)
-        keys = point[rows] + count * np.repeat(kind.astype(np.int64), stored.sum(axis=1))
-        sought = wanted + count * np.repeat(kind_of_light.astype(np.int64), away.sum(axis=1))
-        return _looked_up(keys, rows, sought)
-
-    group_of_input = np.full(len(mesh.faces), -1, np.int32)
-    group_of_input[welded.source] = group
-    anywhere, _ = _looked_up(point[rows], rows, wanted)
-    of_part, in_part = of(mesh.part_of_face, light.part_of_face)
-    of_group, in_group = of(group_of_input, group_of_light)
-    faces[away] = np.where(in_group, of_group, np.where(in_part, of_part, anywhere))
-    return faces, np.flatnonzero(away)[~in_group]
-
-
-def _looked_up(
-    keys: NDArray[np.int64], values: Indices, wanted: NDArray[np.int64]
-) -> tuple[Indices, NDArray[np.bool_]]:
-    """The least value of each wanted key, and whether there is one."""
-    order = np.lexsort((values, keys))
-    place = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
-    return values[order][place], keys[order][place] == wanted
+    return cast_indices(row[nearest]), cast_indices(target[nearest])

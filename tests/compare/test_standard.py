@@ -10,19 +10,19 @@ import judge
 import numpy as np
 import pytest
 import solids
+from bldsimp.stages.assembled import Layout
 from random_shapes import random_shape
 from solids import Shape
 from test_models import MODELS, SLOW_WHEN_ROUGH, scene_of
 
 from bldsimp import _core
-from bldsimp.api import simplify_meshes
 from bldsimp.compare.standard import Conformity, StandardResult, standard_of, standard_surface
 from bldsimp.compare.surface import surface_of
 from bldsimp.model import Mesh, Part, Scene
 from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import simplify_mesh
 from bldsimp.result import MeshResult
-from bldsimp.stages.assembled import Layout
+from bldsimp.scene import simplify_meshes
 from bldsimp.triangulation import Statistics
 
 FLAT = {
@@ -57,15 +57,15 @@ def mesh_of(shape: Shape, *names: str, part_of_face: np.ndarray | None = None) -
 
 
 def both(mesh: Mesh, tolerance: float = 0.0) -> tuple[MeshResult, StandardResult]:
-    outcome = simplify_mesh(mesh, tolerance, with_layout=True)
+    outcome = simplify_mesh(mesh, tolerance, keep_layout=True)
     return outcome, standard_of(outcome)
 
 
 def conformed(outcome: MeshResult) -> _core.Conformed:
     layout = outcome.layout
     return _core.conform(
-        outcome.points, layout.planes, layout.outlines, layout.pieces,
-        layout.triangles, layout.part_of_triangle, layout.keep,
+        outcome.points, layout.planes, layout.outlines, layout.segments,
+        layout.triangles, layout.piece_of_triangle, layout.keep,
     )  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def inside_circumcircles(points: np.ndarray, triangles: np.ndarray) -> int:
 
 def made_on_pieces(outcome: MeshResult, result: StandardResult) -> dict[tuple[int, int], np.ndarray]:
     """Points that cutting made, as shares of the way along the piece that they lie on."""
-    pieces = outcome.layout.pieces
+    pieces = outcome.layout.segments
     ends = np.unique(np.sort(np.stack([pieces.begin, pieces.end], axis=1), axis=1), axis=0)
     a, b = result.points[ends[:, 0]], result.points[ends[:, 1]]
     way = b - a
@@ -180,7 +180,7 @@ def sharp_corners(outcome: MeshResult) -> set[int]:
     layout = outcome.layout
     uses, start = layout.outlines.use_facet, layout.outlines.use_start
     spokes: dict[tuple[int, int], list[np.ndarray]] = {}
-    for begin, end, chain in zip(layout.pieces.begin, layout.pieces.end, layout.pieces.chain, strict=True):
+    for begin, end, chain in zip(layout.segments.begin, layout.segments.end, layout.segments.chain, strict=True):
         way = outcome.points[end] - outcome.points[begin]
         way /= np.linalg.norm(way)
         for facet in uses[start[chain] : start[chain + 1]]:
@@ -203,7 +203,7 @@ def test_a_facet_that_needs_too_many_points_stops_and_stays_closed(gap: float) -
         area_and_volume(outcome.points, outcome.triangles), rel=1e-12
     )
     scene = Scene(None, "arrays", [mesh], 0)
-    outcomes, _ = simplify_meshes(scene, Options(tolerance=Tolerance(0.0, "length")), with_layout=True)
+    outcomes, _ = simplify_meshes(scene, Options(tolerance=Tolerance(0.0, "length")), keep_layout=True)
     assert standard_surface(scene, outcomes).note == "stopped (2 facets)"
 
 
@@ -293,7 +293,7 @@ def test_every_instance_of_a_mesh_is_there() -> None:
     mirrored[0, 3] = -10
     mesh.transforms = np.stack([np.eye(4), mirrored])
     scene = Scene(None, "arrays", [mesh], 0)
-    outcomes, _ = simplify_meshes(scene, Options(tolerance=Tolerance(0.0, "length")), with_layout=True)
+    outcomes, _ = simplify_meshes(scene, Options(tolerance=Tolerance(0.0, "length")), keep_layout=True)
     standard = standard_surface(scene, outcomes)
     _, alone = both(mesh)
     assert len(standard.surface.points) == 2 * len(np.unique(alone.triangles))
@@ -306,9 +306,9 @@ def compared(path: Path, tolerance: Tolerance) -> None:
     """The standard method's points and edges beside the improved method's."""
     scene = scene_of(path)
     options = Options(tolerance=tolerance, delimit=frozenset())
-    outcomes, _ = simplify_meshes(scene, options, with_layout=True)
+    outcomes, _ = simplify_meshes(scene, options, keep_layout=True)
     standard = standard_surface(scene, outcomes)
-    improved = surface_of(scene, [outcome.light for outcome in outcomes])
+    improved = surface_of(scene, [outcome.mesh for outcome in outcomes])
     assert len(improved.points) <= len(standard.surface.points)
     assert standard.statistics.by_poles == 0
     for outcome in outcomes:
@@ -319,7 +319,7 @@ def assert_same_rim(outcome: MeshResult) -> None:
     """Open edges run where they ran, and no edge is used more than twice where none was."""
     core, layout = conformed(outcome), outcome.layout
     points = np.concatenate([outcome.points, core.made])
-    open_before, crowded_before = rim(layout, outcome.points, layout.triangles, layout.part_of_triangle)
+    open_before, crowded_before = rim(layout, outcome.points, layout.triangles, layout.piece_of_triangle)
     open_after, crowded_after = rim(layout, points, core.triangles, core.facet_of_triangle)
     assert open_after == pytest.approx(open_before, rel=1e-9)
     assert crowded_before > 0 or crowded_after == 0

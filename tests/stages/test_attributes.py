@@ -61,7 +61,7 @@ def right_map(points: np.ndarray) -> np.ndarray:
 
 def halves(outcome: MeshResult, given: Mesh) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Corners of the result left and right of the middle, and their UV; no triangle lies on both sides."""
-    light, values = outcome.light, outcome.light.values(given.attributes[0])
+    light, values = outcome.mesh, outcome.mesh.values(given.attributes[0])
     x = light.points[light.faces][:, :, 0]
     on_left = x.max(axis=1) <= WIDTH / 2 + 1e-9
     assert np.all(on_left | (x.min(axis=1) >= WIDTH / 2 - 1e-9))
@@ -77,7 +77,7 @@ def test_one_map_is_no_reason_to_keep_a_point() -> None:
     outcome = simplify_mesh(given, 1e-6)
     assert outcome.after.points == 4
     assert outcome.texels < 1e-6
-    assert np.array_equal(outcome.light.values(given.attributes[0]), given.attributes[0].values)
+    assert np.array_equal(outcome.mesh.values(given.attributes[0]), given.attributes[0].values)
 
 
 def test_a_seam_stays_and_both_sides_keep_their_own() -> None:
@@ -111,7 +111,7 @@ def test_a_map_that_is_not_affine_moves_by_no_more_than_told(allowed: float) -> 
     outcome = simplify_mesh(given, 1e-6, Options(texture_tolerance=allowed))
     assert 4 < outcome.after.points < len(points) / 3
     assert 0.0 < outcome.texels <= allowed
-    light = outcome.light
+    light = outcome.mesh
     values = light.values(given.attributes[0])
     weights = np.random.default_rng(1).dirichlet(np.ones(3), 50)
     at = np.einsum("sc,tcx->tsx", weights, light.points[light.faces]).reshape(-1, 3)
@@ -197,7 +197,7 @@ def test_colours_on_faces_never_mix() -> None:
     right = points[faces].mean(axis=1)[:, :1] > WIDTH / 2
     given = mesh(points, faces, Attribute("COLOR_0", "color", right.astype(float), np.ones((1, 1)), on_faces=True))
     outcome = simplify_mesh(given, 1e-6)
-    light = outcome.light
+    light = outcome.mesh
     assert outcome.after.points == 6
     middle = light.points[light.faces].mean(axis=1)[:, :1] > WIDTH / 2
     assert np.array_equal(light.values(given.attributes[0]) > 0.5, middle)
@@ -251,7 +251,7 @@ def test_a_layer_of_another_texture_is_no_copy() -> None:
     )  # fmt: skip
     for tolerance in (1e-6, 0.05):
         outcome = simplify_mesh(given, tolerance)
-        light, shown = outcome.light, outcome.light.values(given.attributes[0])
+        light, shown = outcome.mesh, outcome.mesh.values(given.attributes[0])
         for part, map_ in enumerate((left_map, right_map)):
             own = light.faces[light.part_of_face == part]
             a, b, c = (light.points[own[:, i]] for i in range(3))
@@ -279,7 +279,7 @@ def test_what_a_weld_moves_of_a_texture_is_told() -> None:
     both = np.where(right[:, None], faces + len(points), faces).astype(np.int32)
     given = mesh(rows, both, uv(left_map(rows)))
     outcome = simplify_mesh(given, 1e-6, Options(weld=0.05))
-    light = outcome.light
+    light = outcome.mesh
     corners = np.unique(light.faces)
     off = np.abs(light.values(given.attributes[0]) - left_map(light.points))[corners].max() * TEXELS
     assert 1.0 < off <= outcome.texels + 1e-6

@@ -13,9 +13,9 @@ from judged import simplified
 from numpy.typing import NDArray
 
 from bldsimp import _core
-from bldsimp.api import simplify_scene
 from bldsimp.io import read
 from bldsimp.options import Options, Tolerance
+from bldsimp.scene import simplify_scene
 
 CROSSING = 6
 """Place of this reason among the refusals of the collapse."""

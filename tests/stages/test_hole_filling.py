@@ -9,10 +9,10 @@ import solids
 from solids import Shape
 
 from bldsimp import _core
-from bldsimp.api import simplify_scene
 from bldsimp.model import Mesh, Part, Scene
 from bldsimp.options import Options, Tolerance
 from bldsimp.report import Report
+from bldsimp.scene import simplify_scene
 
 
 def simplified(mesh: Shape, tolerance: float, allow_close: bool = True, parts: int = 1) -> tuple[Shape, Report]:

@@ -12,7 +12,7 @@ from bldsimp import Options, Tolerance, simplify_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.model import Mesh, Part, SimplifiedMesh
-from bldsimp.stages.normals import face_normals, resolve_normals, smooth_normals
+from bldsimp.stages.normals import compute_face_normals, compute_smooth_normals, resolve_normals
 
 SIDES, HEIGHT = 24, 6
 
@@ -52,7 +52,7 @@ def mesh(points: np.ndarray, faces: np.ndarray, normals: np.ndarray | None = Non
 def shaded_tube() -> str:
     """The tube as OBJ: normals that are round on its wall, flat on its ends, both at the points of the rims."""
     points, faces = tube()
-    flat = face_normals(points, faces)
+    flat = compute_face_normals(points, faces)
     end = np.abs(flat[:, 2]) > 0.0
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
     lines += [f"vn {x!r} {y!r} 0.0" for x, y in points[:, :2].tolist()] + ["vn 0 0 -1", "vn 0 0 1"]
@@ -67,7 +67,7 @@ def split_box() -> Mesh:
     points, faces = outward_box()
     rows = points[faces].reshape(-1, 3)
     corners = np.arange(36, dtype=np.int32).reshape(12, 3)
-    normals = np.repeat(face_normals(rows, corners), 3, axis=0)
+    normals = np.repeat(compute_face_normals(rows, corners), 3, axis=0)
     return mesh(rows, corners, normals + 0.2 * np.roll(normals, 1, axis=1))
 
 
@@ -82,7 +82,7 @@ class TestKept:
         (after,) = read(tmp_path / f"out.{suffix}", suffix).meshes
         assert after.normals is not None
         assert len(np.unique(after.points, axis=0)) == 2 * SIDES
-        flat = face_normals(after.points, after.faces)
+        flat = compute_face_normals(after.points, after.faces)
         end = np.abs(flat[:, 2]) > 1e-6
         corners, normals = after.points[after.faces], after.normals[after.faces]
         assert np.allclose(normals[~end][:, :, :2], corners[~end][:, :, :2], atol=1e-6)
@@ -109,7 +109,7 @@ class TestKept:
         assert found is not None
         at = moves[after.row]
         assert np.array_equal(found[~at], given.normals[after.row[~at]])
-        own = face_normals(after.points, after.faces)
+        own = compute_face_normals(after.points, after.faces)
         for face, normal in zip(after.faces, own / np.linalg.norm(own, axis=1, keepdims=True), strict=True):
             assert all(np.dot(found[row], normal) > np.cos(np.radians(30)) for row in face if at[row])
 
@@ -153,7 +153,7 @@ class TestMade:
         points, normals = (glb_values(data, primitive["attributes"][name]) for name in ("POSITION", "NORMAL"))
         faces = glb_values(data, primitive["indices"]).reshape(-1, 3)
         assert written.vertices == len(points) == 24
-        flat = face_normals(points, faces)
+        flat = compute_face_normals(points, faces)
         assert np.allclose(normals[faces], (flat / np.linalg.norm(flat, axis=1, keepdims=True))[:, None])
 
     @pytest.mark.parametrize(("angle", "rows"), [(10.0, 6 * SIDES), (30.0, 4 * SIDES), (100.0, 2 * SIDES)])
@@ -164,7 +164,7 @@ class TestMade:
         assert normals is not None
         assert len(np.unique(light.faces)) == rows
         if angle == 30.0:
-            wall = normals[light.faces[np.abs(face_normals(points, faces)[:, 2]) == 0.0]]
+            wall = normals[light.faces[np.abs(compute_face_normals(points, faces)[:, 2]) == 0.0]]
             assert np.allclose(wall, np.column_stack([points[:, :2], np.zeros(len(points))])[faces[: 2 * SIDES]])
 
     def test_a_fan_round_one_point_is_one_group(self) -> None:
@@ -173,7 +173,7 @@ class TestMade:
         points = np.vstack([[[0, 0, 1.0]], np.column_stack([5 * np.cos(angle), 5 * np.sin(angle), np.zeros(count)])])
         order = np.random.default_rng(1).permutation(count)
         faces = np.array([(0, i + 1, (i + 1) % count + 1) for i in order], np.int32)
-        group, normals = smooth_normals(points, faces, 30.0)
+        group, normals = compute_smooth_normals(points, faces, 30.0)
         assert len(set(group[::3].tolist())) == 1
         assert np.allclose(normals[group[0]], [0, 0, 1])
 
@@ -197,5 +197,5 @@ class TestMade:
         after, found = resolve_normals(given, as_light(given), Options(normals="smooth"))
         assert found is not None
         assert np.array_equal(found[after.faces[:6]], np.tile([0.6, 0.0, 0.8], (6, 3, 1)))
-        flat = face_normals(points, faces[6:])
+        flat = compute_face_normals(points, faces[6:])
         assert np.allclose(found[after.faces[6:]], (flat / np.linalg.norm(flat, axis=1, keepdims=True))[:, None])

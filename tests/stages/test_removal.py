@@ -12,10 +12,10 @@ from judged import Judged, simplified
 from solids import Shape
 
 from bldsimp import _core
-from bldsimp.api import simplify_scene
 from bldsimp.model import Attribute, Mesh, Part, Scene
 from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import simplify_mesh
+from bldsimp.scene import simplify_scene
 
 
 def wall(thickness: float = 0.3) -> Shape:
@@ -308,4 +308,4 @@ def test_a_sheet_seen_from_one_side_stays_before_its_back(one_sided: bool) -> No
     mesh = Mesh("sign", *shape, np.repeat([0, 1], 2).astype(np.int32), [Part(n, (), (), one_sided) for n in "ab"])
     outcome = simplify_mesh(mesh, 0.01)
     assert len(outcome.dropped) == (0 if one_sided else 1)
-    assert len(outcome.light.faces) == (4 if one_sided else 2)
+    assert len(outcome.mesh.faces) == (4 if one_sided else 2)

@@ -73,8 +73,8 @@ def test_nothing_to_triangulate(points):
     segments = [(0, len(points) - 1)] if points else []
     for carve in (True, False):
         result = checked(points, segments, carve=carve)
-        assert result.triangles.shape == result.neighbours.shape == (0, 3)
-        assert result.triangles.dtype == result.neighbours.dtype == np.int32
+        assert result.triangles.shape == result.neighbors.shape == (0, 3)
+        assert result.triangles.dtype == result.neighbors.dtype == np.int32
 
 
 def test_without_segments():
@@ -104,7 +104,7 @@ def test_cocircular_ties_go_to_the_least_point():
 def test_neighbours_lie_opposite_their_corner():
     result = checked([(0, 0), (2, 0), (0, 2), (2, 2.5)], [], carve=False)
     for row, triangle in enumerate(result.triangles):
-        for corner, other in enumerate(result.neighbours[row]):
+        for corner, other in enumerate(result.neighbors[row]):
             if other >= 0:
                 assert triangle[corner] not in result.triangles[other]
 

@@ -1,0 +1,151 @@
+"""Simplify every mesh of a scene, and report what became of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import time
+from collections import Counter
+from collections.abc import Iterator
+
+import numpy as np
+
+from . import _core
+from .model import Mesh, Scene, SimplifiedMesh
+from .options import Options
+from .pipeline import simplify_mesh, weld_mesh
+from .report import DroppedPart, Report, passed_on
+from .result import MeshResult, count_surface
+from .stages.fallback import Level
+from .stages.removal import Dropped, find_small_components
+from .stages.weld import WeldedMesh
+from .tolerance import blur, diagonal, resolve_tolerance, scale, transform_points
+
+
+def simplify_scene(
+    scene: Scene, options: Options, progress: _core.Progress | None = None
+) -> tuple[list[SimplifiedMesh], Report]:
+    """Simplify every mesh of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : Options
+    progress : Progress, optional
+        See `simplify_mesh`.
+
+    Returns
+    -------
+    results : list of SimplifiedMesh
+        One per mesh.
+    report : Report
+        Without what writing adds: `rounding`, and `after`'s vertices and bytes.
+    """
+    results, report = simplify_meshes(scene, options, progress=progress)
+    return [result.mesh for result in results], report
+
+
+def simplify_meshes(
+    scene: Scene, options: Options, *, keep_layout: bool = False, progress: _core.Progress | None = None
+) -> tuple[list[MeshResult], Report]:
+    """Simplify every mesh of a scene, and tell all that is known of each.
+
+    Parameters
+    ----------
+    scene : Scene
+    options : Options
+    keep_layout, progress
+        See `simplify_mesh`.
+
+    Returns
+    -------
+    results : list of MeshResult
+        One per mesh.
+    report : Report
+        As of `simplify_scene`.
+    """
+    start = time.perf_counter()
+    report = Report(
+        tolerance=resolve_tolerance(scene, options.tolerance),
+        diagonal=diagonal(scene),
+        epsilon=blur(scene),
+        warnings=list(scene.warnings),
+    )
+    report.before.bytes = scene.size
+    results = []
+    for mesh, (welded, chosen, dropped) in zip(scene.meshes, _weld_meshes(scene, options, report), strict=True):
+        stretch = scale(mesh) or 1.0
+        result = simplify_mesh(
+            mesh,
+            report.tolerance / stretch,
+            _localize(options, mesh),
+            welded=chosen,
+            keep_layout=keep_layout,
+            progress=progress,
+        )
+        if dropped:
+            edges = _core.count_edges(welded.faces, len(welded.points))
+            result.before = count_surface(len(welded.points), len(mesh.faces), edges)
+            result.dropped = dropped + result.dropped
+        results.append(result)
+        _add_to_report(report, mesh, result, options, stretch)
+        report.passed_on += [passed_on(part) for part in mesh.parts if part.fixed]
+    report.before.watertight = all(result.before.watertight for result in results)
+    report.after.watertight = all(result.after.watertight for result in results)
+    report.seconds = time.perf_counter() - start
+    return results, report
+
+
+def _localize(options: Options, mesh: Mesh) -> Options:
+    """Return options whose lengths are those of the mesh's own frame."""
+    return dataclasses.replace(options, weld=options.weld / (scale(mesh) or 1.0))
+
+
+def _weld_meshes(
+    scene: Scene, options: Options, report: Report
+) -> Iterator[tuple[WeldedMesh, WeldedMesh, list[Dropped]]]:
+    """Weld each mesh; yield it as it is and without components that are too small, and those.
+
+    Tells of what stays although it is as small.
+    """
+    welded = (weld_mesh(mesh, _localize(options, mesh)) for mesh in scene.meshes)
+    if options.min_part == 0.0:
+        yield from ((one, one, []) for one in welded)
+        return
+    every = list(welded)
+    small, dropped, staying = find_small_components(scene.meshes, every, options)
+    if staying:
+        words = "component smaller than {} stays" if staying == 1 else "components smaller than {} stay"
+        smaller = words.format(f"{options.min_part:g}")
+        report.warnings.append(f"{staying:,} {smaller}, since parts that are passed on are left alone")
+    for one, faces, gone in zip(every, small, dropped, strict=True):
+        yield one, one.select_faces(~faces) if gone else one, gone
+
+
+def _add_to_report(report: Report, mesh: Mesh, result: MeshResult, options: Options, stretch: float) -> None:
+    """Add one mesh to the report."""
+    report.deviation = max(report.deviation, result.deviation * stretch)
+    if any(one.kind == "uv" for one in mesh.attributes) and options.keeps("uv"):
+        report.texels = max(report.texels or 0.0, result.texels)
+    for total, own in ((report.before, result.before), (report.after, result.after)):
+        for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
+            setattr(total, name, getattr(total, name) + getattr(own, name))
+    report.before.vertices += len(mesh.used_points)
+    report.after.vertices += len(np.unique(result.mesh.faces))
+    report.facets += len(result.level)
+    levels = np.bincount(result.level, minlength=len(Level))
+    for level in Level:
+        name = level.name.lower()
+        report.rungs[name] = report.rungs.get(name, 0) + int(levels[level])
+    report.reasons = dict(Counter(report.reasons) + Counter(result.reasons))
+    for name in ("healed", "touching", "closed", "turned", "degenerate", "duplicate"):
+        setattr(report, name, getattr(report, name) + getattr(result, name))
+    report.dropped += [_describe(one, mesh) for one in result.dropped]
+
+
+def _describe(dropped: Dropped, mesh: Mesh) -> DroppedPart:
+    """Describe what was removed by the name of its part and its box in world space."""
+    corners = np.array(list(itertools.product(*dropped.box.T)))
+    world = transform_points(corners, mesh.transforms[0]) if len(mesh.transforms) else corners
+    box = [world.min(axis=0).tolist(), world.max(axis=0).tolist()]
+    return DroppedPart(mesh.parts[dropped.part].name, dropped.triangles, box, dropped.reason)

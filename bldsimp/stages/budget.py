@@ -1,0 +1,117 @@
+"""Allot the tolerance: how far the plane of a facet, its chains and its needles may stray.
+
+What a facet does not use of its width its chains may use: the squares of both add up. A pass over the result of another
+starts with what that one has spent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..model import Indices, Values
+from .outlines import TracedOutlines
+
+EdgeKeys = NDArray[np.int64]
+
+
+def key_edges(a: Indices, b: Indices, point_count: int) -> EdgeKeys:
+    """Return one number for each edge, whichever end is named first."""
+    return np.minimum(a, b).astype(np.int64) * point_count + np.maximum(a, b)
+
+
+@dataclass(frozen=True)
+class Spent:
+    """What the passes before have spent; lengths in model units.
+
+    Attributes
+    ----------
+    edges : (e,) int64
+        Keys of edges that replaced others, ascending.
+    distance : (e,) float64
+        How far each is from the outlines of the input.
+    vanished : (e,) float64
+        The bounds of facets that vanished into it; 0 where none did.
+    folded : (f,) float64
+        How far needles of each facet may reach out of it.
+    """
+
+    edges: EdgeKeys
+    distance: Values
+    vanished: Values
+    folded: Values
+
+    def at_chains(self, outlines: TracedOutlines, point_count: int) -> tuple[Values, Values]:
+        """Return the greatest `distance` and `vanished` of the edges of each chain."""
+        if not len(self.edges) or not outlines.chain_count:
+            return np.zeros(outlines.chain_count), np.zeros(outlines.chain_count)
+        a, b, first = outlines.edges()
+        keys = key_edges(a, b, point_count)
+        at = np.minimum(np.searchsorted(self.edges, keys), len(self.edges) - 1)
+        known = self.edges[at] == keys
+        distance, vanished = (np.where(known, of_edge[at], 0.0) for of_edge in (self.distance, self.vanished))
+        return np.maximum.reduceat(distance, first), np.maximum.reduceat(vanished, first)
+
+
+@dataclass
+class Budget:
+    """What pieces and chains may use, and what they have used; lengths in model units.
+
+    Attributes
+    ----------
+    width, fold, allowed : (p,) float64
+        For each piece: width of its plane, how far its needles reach out, what is left for its chains.
+    limit : (c,) float64
+        How far each chain may be thinned.
+    spent, vanished : (c,) float64
+        `Spent` at each chain.
+    reach : (p,) float64
+        How far the new triangles of each piece reach out of its outline.
+    """
+
+    width: Values
+    fold: Values
+    allowed: Values
+    limit: Values
+    spent: Values
+    vanished: Values
+    reach: Values
+
+    def drift(self, outlines: TracedOutlines, segments: _core.Pieces, moved: NDArray[np.bool_]) -> Values:
+        """Return how far each piece is from the input's surface within its plane, where segments moved."""
+        chain = segments.chain
+        distance = np.where(moved, segments.deviation + self.spent[chain], 0.0)
+        return self.fold + np.maximum(self.reach, outlines.spread_to_pieces(distance, chain))
+
+    def bound_vanished(self, segments: _core.Pieces) -> Values:
+        """Return the bound, at each segment, of what vanished there before; 0 where nothing did."""
+        before = self.vanished[segments.chain]
+        return np.where(before > 0, before + segments.deviation, 0.0)
+
+
+def allot_tolerance(
+    tolerance: float, planes: Values, fold: Values, outlines: TracedOutlines, spent: tuple[Values, Values]
+) -> Budget:
+    """Allot a tolerance to pieces and chains.
+
+    Parameters
+    ----------
+    tolerance : float
+        Model units.
+    planes : (p, 5) float64
+        Of each piece.
+    fold : (p,) float64
+        How far its needles already reach out of it.
+    outlines : TracedOutlines
+    spent : pair of (c,) float64
+        As `Spent.at_chains` tells.
+    """
+    width = planes[:, 4] - planes[:, 3] if tolerance > 0 else np.zeros(len(planes))
+    distance, vanished = spent
+    allowed = np.maximum(np.sqrt(np.maximum(tolerance**2 - width**2, 0.0)) - fold, 0.0)
+    least_allowed = -outlines.spread_to_chains(-allowed)
+    limit = np.maximum(np.minimum(least_allowed - distance, tolerance - vanished), 0.0)
+    return Budget(width, fold, allowed, limit, distance, vanished, np.zeros(len(planes)))

@@ -1,0 +1,136 @@
+"""Trace the outlines of facets, and tell which chains bound which facet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from ..model import Faces, Flags, Indices, Values, cast_indices
+
+
+@dataclass
+class TracedOutlines:
+    """The chains between facets, and where each is used.
+
+    A facet of which some faces stay is traced as several pieces; without such faces pieces are facets.
+
+    Attributes
+    ----------
+    chains : _core.Outlines
+    piece_count : int
+    """
+
+    chains: _core.Outlines
+    piece_count: int
+    piece_of_use: Indices = field(init=False)
+    _chain_of_position: Indices = field(init=False)
+    _chain_of_use: Indices = field(init=False)
+    _chain_by_piece: Indices = field(init=False)
+    _start_of_piece: Indices = field(init=False)
+
+    def __post_init__(self) -> None:
+        number = np.arange(self.chain_count, dtype=np.int32)
+        self.piece_of_use = self.chains.use_facet
+        self._chain_of_position = np.repeat(number, np.diff(self.chains.chain_start))
+        self._chain_of_use = np.repeat(number, np.diff(self.chains.use_start))
+        self._chain_by_piece = self._chain_of_use[np.argsort(self.piece_of_use, kind="stable")]
+        counts = np.bincount(self.piece_of_use, minlength=self.piece_count)
+        self._start_of_piece = cast_indices(np.concatenate([[0], np.cumsum(counts)]))
+
+    @property
+    def chain_count(self) -> int:
+        """Number of chains."""
+        return len(self.chains.use_start) - 1
+
+    def pieces_at(self, points: Indices | NDArray[np.int64], point_count: int) -> NDArray[np.int64]:
+        """Return the pieces beside the chains that pass some points."""
+        marked = np.zeros(point_count, bool)
+        marked[points] = True
+        chain = np.zeros(self.chain_count, bool)
+        chain[self._chain_of_position[marked[self.chains.chain_points]]] = True
+        return np.unique(self.piece_of_use[chain[self._chain_of_use]])
+
+    def chains_of(self, piece: np.int32) -> Indices:
+        """Return the chains of a piece."""
+        return self._chain_by_piece[self._start_of_piece[piece] : self._start_of_piece[piece + 1]]
+
+    def points_of(self, piece: np.int32) -> Indices:
+        """Return the points of all chains of a piece."""
+        start = self.chains.chain_start
+        runs = [self.chains.chain_points[start[c] : start[c + 1]] for c in self.chains_of(piece)]
+        return np.unique(np.concatenate(runs)) if runs else np.empty(0, np.int32)
+
+    def spread_to_chains(self, of_piece: Values) -> Values:
+        """Return the greatest value among the pieces beside each chain."""
+        if len(self.piece_of_use) == 0:
+            return np.zeros(self.chain_count)
+        return np.maximum.reduceat(of_piece[self.piece_of_use], self.chains.use_start[:-1])
+
+    def spread_to_pieces(self, values: Values, chain: Indices) -> Values:
+        """Return the greatest value among the chains of each piece; each value belongs to a chain."""
+        of_chain = np.zeros(self.chain_count)
+        np.maximum.at(of_chain, chain, values)
+        of_piece = np.zeros(self.piece_count)
+        np.maximum.at(of_piece, self.piece_of_use, of_chain[self._chain_of_use])
+        return of_piece
+
+    def edges(self) -> tuple[Indices, Indices, NDArray[np.int64]]:
+        """Return both ends of all edges of chains, chain after chain, and the first edge of each chain."""
+        start, points = self.chains.chain_start, self.chains.chain_points
+        inside = np.ones(len(points) - 1, bool)
+        inside[start[1:-1] - 1] = False
+        return points[:-1][inside], points[1:][inside], start[:-1] - np.arange(self.chain_count)
+
+
+def trace_outlines(
+    faces: Faces, point_count: int, halfedges: _core.Halfedges, facets: _core.Facets, keep: Flags
+) -> TracedOutlines:
+    """Trace the chains between the pieces of facets.
+
+    Parameters
+    ----------
+    faces : (m, 3) int32
+    point_count : int
+    halfedges, facets
+        As found on these faces.
+    keep : (p,) uint8
+        Pieces whose faces stay.
+    """
+    return TracedOutlines(_core.trace_outlines(faces, point_count, halfedges, facets, keep), len(facets.planes))
+
+
+def trace_rings(triangles: Faces) -> list[NDArray[np.int32]]:
+    """Trace the closed cycles of the edges that triangles use in one direction only.
+
+    Parameters
+    ----------
+    triangles : (k, 3) int32
+        Consistently oriented.
+
+    Returns
+    -------
+    list of (n,) int32
+        Points of each ring, the triangles on its left, from its least point on; sorted.
+
+    Examples
+    --------
+    >>> trace_rings(np.array([[0, 1, 2], [0, 2, 3]], np.int32))[0].tolist()
+    [0, 1, 2, 3]
+    """
+    edges = {(int(t[i]), int(t[(i + 1) % 3])) for t in triangles for i in range(3)}
+    onward: dict[int, list[int]] = {}
+    for a, b in sorted(edges, reverse=True):
+        if (b, a) not in edges:
+            onward.setdefault(a, []).append(b)
+    rings = []
+    for first in sorted(onward):
+        while onward[first]:
+            ring, at = [first], onward[first].pop()
+            while at != first:
+                ring.append(at)
+                at = onward[at].pop()
+            rings.append(np.array(ring, np.int32))
+    return rings
