@@ -25,7 +25,7 @@ from third_party import models_folder
 import bldsimp
 from bldsimp.io import SUFFIXES, read, write
 from bldsimp.options import parse_delimit, parse_tolerance
-from bldsimp.stages.assembled import Rung
+from bldsimp.stages.fallback import Level
 from bldsimp.tolerance import transform_points
 
 TOLERANCES = ("auto", "0.0001%")
@@ -103,7 +103,7 @@ def run_file(path: Path, options: bldsimp.Options, folder: Path) -> Run:
 
 COUNTS = (
     "model", "points", "left", "triangles", "left", "facets",
-    *(rung.name.lower().replace("_", " ") for rung in Rung), "second run drops",
+    *(level.name.lower().replace("_", " ") for level in Level), "second run drops",
 )  # fmt: skip
 PROMISES = ("model", "tolerance", "bound", "found", "noise", "promise kept", "edges", "healed", "seconds")
 

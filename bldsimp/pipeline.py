@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from . import _core
 from .model import Flags, Indices, Mesh, Points, measure_box
 from .options import AUTO_DIAGONAL, DEFAULTS, STAGED_DIAGONAL, Options
-from .result import MeshResult, StageResults, compose_result
+from .result import MeshResult, StageResults, compose_result, resolve_corners
 from .stages.attributes import KeptAttributes, label_surface
 from .stages.collapse import collapse_edges
 from .stages.facets import derive_limits
@@ -83,17 +84,22 @@ def simplify_mesh(
     exact = rounding_tolerance(welded.points)
     wide = tolerance > STAGED_DIAGONAL / AUTO_DIAGONAL * exact
     limits = derive_limits(measure_box(welded.points), exact if wide else tolerance, welded.moved)
-    welded, halfedges = orient(welded, mesh.passed_on[mesh.part_of_face[welded.source]], limits.width)
-    labeled = label_surface(attributes, welded, halfedges, _flag_points(welded, decided), limits, across_facets=wide)
-    given = StageResults(welded, halfedges, labeled.charts)
-    given.merged.append(merge_coplanar(labeled.surface, halfedges, labeled.facets, limits))
+    pinned = mesh.passed_on[mesh.part_of_face[welded.source]]
+    oriented = orient(welded.points, welded.faces, welded.rows, pinned, limits.width)
+    welded = dataclasses.replace(welded, faces=oriented.faces)
+    labeled = label_surface(
+        attributes, welded, oriented.halfedges, _flag_points(welded, decided), limits, across_facets=wide
+    )
+    given = StageResults(welded, oriented, labeled.charts)
+    given.merged.append(merge_coplanar(labeled.surface, oriented.halfedges, labeled.facets, limits))
     left = tolerance - given.deviation - exact
     # Where nothing has area, or welding has used the tolerance up, there is nothing to collapse.
     if wide and len(welded.faces) and left > exact:
         surface = given.merged[0].take_result().without_copies(attributes.find_layers())
         given.details = remove_details(mesh, surface, attributes.find_textured_parts(), left, options)
         given.collapsed = collapse_edges(mesh, surface, given.details, left, progress)
-        given.merged.append(merge_remaining(given.collapsed.surface, exact))
+        given.corners = resolve_corners(mesh, given)
+        given.merged.append(merge_remaining(given.collapsed.surface, given.corners, exact))
     return compose_result(mesh, attributes, given, keep_layout=keep_layout)
 
 

@@ -13,8 +13,9 @@ from .report import Counts
 from .stages.attributes import AttributeCharts, KeptAttributes
 from .stages.collapse import CollapsedSurface
 from .stages.fallback import Layout
+from .stages.orient import OrientedFaces
 from .stages.planar import MergedSurface, map_facets
-from .stages.provenance import Owners, TracedFaces, find_owners, place_rows, resolve_rows
+from .stages.provenance import CornerRows, find_owners, place_rows, resolve_rows, tell_in_rows
 from .stages.removal import Details, Dropped
 from .stages.weld import WeldedMesh
 from .triangulation import Statistics
@@ -95,21 +96,24 @@ class StageResults:
     Attributes
     ----------
     welded : WeldedMesh
-    halfedges : Halfedges
-        Of its faces.
+    oriented : OrientedFaces
+        Of it.
     charts : AttributeCharts or None
     merged : list of MergedSurface
         The first of the welded mesh; the second, at a wide tolerance, of what edge collapses have left.
     details : Details or None
     collapsed : CollapsedSurface or None
+    corners : CornerRows or None
+        Of what edge collapses have left.
     """
 
     welded: WeldedMesh
-    halfedges: _core.Halfedges
+    oriented: OrientedFaces
     charts: AttributeCharts | None
     merged: list[MergedSurface] = field(default_factory=list)
     details: Details | None = None
     collapsed: CollapsedSurface | None = None
+    corners: CornerRows | None = None
 
     @property
     def deviation(self) -> float:
@@ -135,17 +139,15 @@ def compose_result(
     """
     welded, first, last = given.welded, given.merged[0], given.merged[-1]
     surface, assembly, parent = last.surface, last.assembly, last.find_parents()
-    part = mesh.part_of_face[welded.source]
-    owners = find_owners(first.facets.facet_of_face, first.surface.label, part, first.assembly.unchanged)
-    traced = TracedFaces(
-        surface.origin[assembly.triangles], last.find_corner_facets(), surface.source[parent], surface.label[parent]
+    corners = resolve_corners(mesh, given) if given.corners is None else last.trace_rows(given.corners)
+    result, label, foreign = tell_in_rows(
+        mesh, welded, corners, surface.source[parent], surface.label[parent], first.surface.label
     )
-    result, label, foreign = resolve_rows(mesh, welded, traced, owners)
     if given.collapsed is not None:
         result.points = place_rows(mesh.points, welded, surface)
     attributes.update_values(result, mesh.points, foreign, label, given.charts)
     facet_of_facet, level = _trace_facets(given)
-    open_edges, nonmanifold_edges = given.halfedges.open_edges, given.halfedges.nonmanifold_edges
+    halfedges = given.oriented.halfedges
     return MeshResult(
         mesh=result,
         points=surface.points,
@@ -156,15 +158,15 @@ def compose_result(
         planes=last.facets.planes,
         level=level,
         unchanged=assembly.unchanged,
-        before=count_surface(len(welded.points), len(mesh.faces), (open_edges, nonmanifold_edges)),
+        before=count_surface(len(welded.points), len(mesh.faces), (halfedges.open_edges, halfedges.nonmanifold_edges)),
         after=count_surface(
             assembly.count_points(), len(result.faces), _core.count_edges(assembly.triangles, len(surface.points))
         ),
         deviation=given.deviation,
-        texels=_bound_texels(given, attributes, owners),
+        texels=_bound_texels(given, attributes),
         degenerate=welded.degenerate,
         duplicate=welded.duplicate,
-        turned=welded.turned,
+        turned=given.oriented.turned + sum(one.turned for one in given.merged),
         healed=sum(one.assembly.healed for one in given.merged),
         touching=assembly.touching,
         reasons=_count_reasons(given),
@@ -173,6 +175,21 @@ def compose_result(
         statistics=sum((one.assembly.statistics for one in given.merged), Statistics()),
         layout=assembly.layout if keep_layout else None,
     )
+
+
+def resolve_corners(mesh: Mesh, given: StageResults) -> CornerRows:
+    """Find the rows that the corners of a surface read: of what edge collapses have left, else of the result."""
+    welded, first, collapsed = given.welded, given.merged[0], given.collapsed
+    part = mesh.part_of_face[welded.source]
+    unchanged = first.assembly.unchanged
+    if collapsed is None:
+        triangles, facet = first.assembly.triangles, first.assembly.facet_of_triangle
+    else:
+        assert collapsed.surface.facet is not None
+        triangles, facet = collapsed.surface.origin[collapsed.surface.faces], collapsed.surface.facet
+        unchanged = np.zeros_like(unchanged) if collapsed.changed else unchanged
+    owners = find_owners(first.facets.facet_of_face, first.surface.label, part, unchanged)
+    return resolve_rows(welded, triangles, facet, owners)
 
 
 def _trace_facets(given: StageResults) -> tuple[Indices, Flags]:
@@ -193,7 +210,7 @@ def _trace_facets(given: StageResults) -> tuple[Indices, Flags]:
     return facet, joined
 
 
-def _bound_texels(given: StageResults, attributes: KeptAttributes, owners: Owners) -> float:
+def _bound_texels(given: StageResults, attributes: KeptAttributes) -> float:
     """Bound how far a texture has moved on its wall, along u or v; texels."""
     charts, welded = given.charts, given.welded
     if charts is None:
@@ -201,8 +218,9 @@ def _bound_texels(given: StageResults, attributes: KeptAttributes, owners: Owner
     shift = attributes.bound_weld_shift(welded, charts) if welded.moved > 0 else 0.0
     if given.collapsed is not None and given.collapsed.changed:
         return float(charts.texels.max(initial=0.0)) + shift
-    label = owners.label_of_facet[owners.unchanged == 0]
-    return float(charts.texels[label[label >= 0]].max(initial=0.0)) + shift
+    first = given.merged[0]
+    changed = first.assembly.unchanged[first.facets.facet_of_face] == 0
+    return float(charts.texels[charts.of_face[changed]].max(initial=0.0)) + shift
 
 
 def _count_reasons(given: StageResults) -> dict[str, int]:

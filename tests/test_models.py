@@ -12,7 +12,7 @@ from bldsimp.io import SUFFIXES, read
 from bldsimp.model import Faces, Flags, Mesh, Points, Scene, SimplifiedMesh
 from bldsimp.options import Options, Tolerance
 from bldsimp.scene import simplify_scene
-from bldsimp.stages import collapse as collapsed
+from bldsimp.stages import removal
 from bldsimp.stages.removal import Dropped
 from bldsimp.tolerance import scale
 
@@ -93,8 +93,8 @@ def test_a_second_run_drops_next_to_nothing(name: str, tolerance: Tolerance, mod
 ROUGH = tuple(name for name in MODELS if name not in SLOW_WHEN_ROUGH)
 
 
-def nothing_spare(points: Points, faces: Faces, *_: object) -> tuple[Flags, list[Dropped]]:
-    """In place of `dropped.spare`: what goes as a whole changes the counts that are judged."""
+def find_nothing(points: Points, faces: Faces, *_: object) -> tuple[Flags, list[Dropped]]:
+    """Stand in for `find_redundant_bodies`: removed bodies change the counts that are judged."""
     return np.zeros(len(faces), np.uint8), []
 
 
@@ -102,7 +102,7 @@ def nothing_spare(points: Points, faces: Faces, *_: object) -> tuple[Flags, list
 def test_models_keep_every_promise_at_a_rough_tolerance(
     name: str, models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(collapsed, "spare", nothing_spare)
+    monkeypatch.setattr(removal, "find_redundant_bodies", find_nothing)
     judged(scene_of(models / name), Tolerance(1.0, "percent"))
 
 

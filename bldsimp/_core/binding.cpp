@@ -416,17 +416,17 @@ void bind_mesh(nb::module_& m) {
       "lids"_a = 0, "progress"_a = nb::none());
   m.def(
       "find_rows",
-      [](Faces3 triangles, Faces3 facet_of_corner, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,
+      [](Faces3 triangles, Indices facet_of_triangle, Faces3 faces, const RowArrays& face_rows, Indices facet_of_face,
          Indices group_of_facet, Indices part_of_facet, Bytes unchanged, Bytes kept) {
         FoundRows found;
         {
           nb::gil_scoped_release release;
-          found = find_rows(rows<Face>(triangles), rows<Face>(facet_of_corner), rows<Face>(faces), seen(&face_rows),
+          found = find_rows(rows<Face>(triangles), flat(facet_of_triangle), rows<Face>(faces), seen(&face_rows),
                             flat(facet_of_face), flat(group_of_facet), flat(part_of_facet), flat(unchanged), flat(kept));
         }
         return std::tuple(give<Index>(std::move(found.rows)), give<Index>(std::move(found.foreign)));
       },
-      "triangles"_a, "facet_of_corner"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "group_of_facet"_a,
+      "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "group_of_facet"_a,
       "part_of_facet"_a, "unchanged"_a, "kept"_a);
 }
 

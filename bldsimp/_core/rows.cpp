@@ -42,7 +42,7 @@ class UnchangedFaces {
 
 }  // namespace
 
-FoundRows find_rows(std::span<const Face> triangles, std::span<const Face> facet_of_corner,
+FoundRows find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
                     std::span<const Face> faces, const Rows& rows, std::span<const Index> facet_of_face,
                     std::span<const Index> group_of_facet, std::span<const Index> part_of_facet,
                     std::span<const std::uint8_t> unchanged, std::span<const std::uint8_t> kept) {
@@ -67,11 +67,9 @@ FoundRows find_rows(std::span<const Face> triangles, std::span<const Face> facet
   FoundRows found{std::vector<Face>(triangles.size()), {}};
   const UnchangedFaces own(faces, facet_of_face, unchanged);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const auto& [first, second, third] = facet_of_corner[t];
-    const bool own_faces = first == second && second == third && unchanged[first];
-    const Index same = own_faces ? own.find(first, triangles[t]) : -1;
+    const Index facet = facet_of_triangle[t], same = unchanged[facet] ? own.find(facet, triangles[t]) : -1;
     for (int i = 0; i < 3; ++i) {
-      const Index point = triangles[t][i], facet = facet_of_corner[t][i];
+      const Index point = triangles[t][i];
       Index& row = found.rows[t][i];
       if (same >= 0) {
         row = rows.at(same, point);

@@ -34,10 +34,11 @@ struct FoundRows {
   std::vector<Index> foreign;
 };
 
-// For each corner the least input row at that point that a face of the corner's facet uses, or of the same group of
-// facets where none of the facet does, or of the same part. A triangle that is a face of an `unchanged` facet keeps the
-// rows of that. Every triangle's points are points of its part's faces. O(faces + triangles).
-FoundRows find_rows(std::span<const Face> triangles, std::span<const Face> facet_of_corner,
+// Triangles of facets that are `unchanged` are faces of them, and keep the rows of those. For each corner of the others
+// the least input row at that point that a face of the same facet uses, or of the
+// same group of facets where none of the facet does, or of the same part. Every triangle's points are points of its
+// part's faces. O(faces + triangles).
+FoundRows find_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
                     std::span<const Face> faces, const Rows& rows, std::span<const Index> facet_of_face,
                     std::span<const Index> group_of_facet, std::span<const Index> part_of_facet,
                     std::span<const std::uint8_t> unchanged, std::span<const std::uint8_t> kept);

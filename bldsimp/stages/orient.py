@@ -2,39 +2,56 @@
 
 from __future__ import annotations
 
-import dataclasses
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .weld import WeldedMesh
+from ..model import Faces, Points
 
 
-def orient(welded: WeldedMesh, pinned: NDArray[np.bool_], width: float) -> tuple[WeldedMesh, _core.Halfedges]:
-    """Pair the halfedges of a welded mesh, with consistent, outward winding.
+@dataclass(frozen=True)
+class OrientedFaces:
+    """Faces with consistent, outward winding.
+
+    Attributes
+    ----------
+    faces : (m, 3) int32
+    halfedges : Halfedges
+        Of these faces.
+    turned : int
+        Faces whose winding was turned.
+    """
+
+    faces: Faces
+    halfedges: _core.Halfedges
+    turned: int
+
+
+def orient(points: Points, faces: Faces, rows: _core.Rows, pinned: NDArray[np.bool_], width: float) -> OrientedFaces:
+    """Pair the halfedges of faces, and turn those that do not agree with their neighbors.
 
     Parameters
     ----------
-    welded : WeldedMesh
+    points : (n, 3) float64
+    faces : (m, 3) int32
+    rows : Rows
+        Where more than two faces meet, those that share rows are paired first.
     pinned : (m,) bool
         Faces that are not turned.
     width : float
-        Where more than two faces meet, those that lie in one plane within this width may be paired; model units.
+        Then those are paired that lie in one plane within this width; model units.
 
-    Returns
-    -------
-    welded : WeldedMesh
-        With some faces turned.
-    halfedges : Halfedges
+    Notes
+    -----
+    Neighbors agree against the smaller area; a closed component faces outwards unless an odd number of others
+    encloses it. Nearly linear.
     """
-    points, faces, rows = welded.points, welded.faces, welded.rows
     halfedges = _core.pair_halfedges(points, faces, rows, width)
     turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
     if not len(turned):
-        return welded, halfedges
+        return OrientedFaces(faces, halfedges, 0)
     faces = faces.copy()
     faces[turned] = faces[turned][:, [0, 2, 1]]
-    return dataclasses.replace(welded, faces=faces, turned=len(turned)), _core.pair_halfedges(
-        points, faces, rows, width
-    )
+    return OrientedFaces(faces, _core.pair_halfedges(points, faces, rows, width), len(turned))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ from .. import _core
 from ..model import Indices, cast_indices, measure_box
 from .facets import FacetedSurface, Limits, derive_limits, find_facets
 from .fallback import Assembly, simplify_facets
+from .orient import orient
+from .provenance import CornerRows
 from .surface import Surface
 
 
@@ -26,12 +29,15 @@ class MergedSurface:
     assembly : Assembly
     slack : float
         What rounding may add to a distance; model units.
+    turned : int
+        Faces whose winding was turned before.
     """
 
     surface: Surface
     facets: _core.Facets
     assembly: Assembly
     slack: float
+    turned: int = 0
 
     def bound_deviation(self, moved: float = 0.0) -> float:
         """Bound how far the surface has moved, where welding had moved it before; model units."""
@@ -44,18 +50,20 @@ class MergedSurface:
         face_of_facet[self.facets.facet_of_face] = np.arange(len(self.surface.faces), dtype=np.int32)
         return face_of_facet[self.assembly.facet_of_triangle]
 
-    def find_corner_facets(self) -> Indices:
-        """Return, for each corner of each triangle, the facet of the welded mesh whose rows it reads, (k, 3)."""
-        of_triangle, triangles = self.assembly.facet_of_triangle, self.assembly.triangles
-        if self.surface.facet is None:
-            return np.repeat(of_triangle[:, None], 3, axis=1)
-        # A facet here may join several of those: each corner reads what a face of the surface has there.
+    def trace_rows(self, corners: CornerRows) -> CornerRows:
+        """Return the rows of the triangles: each corner reads the least that a face of its facet reads there.
+
+        Parameters
+        ----------
+        corners : CornerRows
+            Of the faces of the surface.
+        """
         count = len(self.surface.points)
-        key = self.facets.facet_of_face[:, None].astype(np.int64) * count + self.surface.faces
-        key, facet = key.reshape(-1), np.repeat(self.surface.facet, 3)
-        order = np.lexsort((facet, key))
-        sought = of_triangle[:, None].astype(np.int64) * count + triangles
-        return facet[order][np.searchsorted(key[order], sought)]
+        key = (self.facets.facet_of_face[:, None].astype(np.int64) * count + self.surface.faces).reshape(-1)
+        order = np.lexsort((corners.rows.reshape(-1), key))
+        sought = self.assembly.facet_of_triangle[:, None].astype(np.int64) * count + self.assembly.triangles
+        corner = order[np.searchsorted(key[order], sought)]
+        return CornerRows(corners.rows.reshape(-1)[corner], corners.is_foreign.reshape(-1)[corner])
 
     def take_result(self) -> Surface:
         """Return the result as a surface for the next stage."""
@@ -94,20 +102,28 @@ def merge_coplanar(surface: Surface, halfedges: _core.Halfedges, facets: _core.F
     return MergedSurface(surface, facets, simplify_facets(faceted, limits.tolerance, pinned), limits.slack)
 
 
-def merge_remaining(surface: Surface, tolerance: float) -> MergedSurface:
+def merge_remaining(surface: Surface, corners: CornerRows, tolerance: float) -> MergedSurface:
     """Merge the coplanar faces of a surface that edge collapses have left.
 
     Parameters
     ----------
     surface : Surface
-        Oriented; each of its points is used.
+        Each of its points is used.
+    corners : CornerRows
+        Of its faces.
     tolerance : float
         Model units.
     """
     limits = derive_limits(measure_box(surface.points), tolerance)
-    halfedges = _core.pair_halfedges(surface.points, surface.faces, None, limits.width)
-    facets = find_facets(surface.points, surface.faces, halfedges, surface.label, limits)
-    return merge_coplanar(surface, halfedges, facets, limits)
+    point_of_row = np.full(int(corners.rows.max(initial=-1)) + 1, -1, np.int32)
+    point_of_row[corners.rows] = surface.faces
+    every = np.arange(len(surface.faces), dtype=np.int32)
+    rows = _core.Rows(corners.rows, point_of_row, every, np.empty(0, np.int32))
+    oriented = orient(surface.points, surface.faces, rows, surface.label < 0, limits.width)
+    surface = dataclasses.replace(surface, faces=oriented.faces)
+    facets = find_facets(surface.points, surface.faces, oriented.halfedges, surface.label, limits)
+    merged = merge_coplanar(surface, oriented.halfedges, facets, limits)
+    return dataclasses.replace(merged, turned=oriented.turned)
 
 
 def map_facets(before: Indices, after: Indices, count: int) -> Indices:

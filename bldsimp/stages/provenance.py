@@ -42,28 +42,57 @@ def find_owners(facet_of_face: Indices, label: Indices, part: Indices, unchanged
 
 
 @dataclass(frozen=True)
-class TracedFaces:
-    """The triangles of a result, and where they came from.
+class CornerRows:
+    """Which row of the mesh each corner of some triangles reads.
 
     Attributes
     ----------
-    triangles : (k, 3) int32
-        Over the points of the welded mesh.
-    facet : (k, 3) int32
-        The facet of the welded mesh that each corner was part of.
-    source : (k,) int32
-        A face of the mesh that has the face attributes of each of them.
-    label : (k,) int32
+    rows : (k, 3) int32
+    is_foreign : (k, 3) bool
+        The row is one of another label: its values must be made anew.
     """
 
-    triangles: Faces
-    facet: Indices
-    source: Indices
-    label: Indices
+    rows: Faces
+    is_foreign: NDArray[np.bool_]
 
 
-def resolve_rows(
-    mesh: Mesh, welded: WeldedMesh, traced: TracedFaces, owners: Owners
+def resolve_rows(welded: WeldedMesh, triangles: Faces, facet: Indices, owners: Owners) -> CornerRows:
+    """Find the row of the mesh that each corner reads.
+
+    Parameters
+    ----------
+    welded : WeldedMesh
+    triangles : (k, 3) int32
+        Over its points.
+    facet : (k,) int32
+        The facet of the welded mesh that each of them was part of.
+    owners : Owners
+
+    Notes
+    -----
+    At a point where the mesh has several rows the corner gets one that a face of its facet reads there, else one of its
+    label, else one of its part. O(faces + triangles).
+    """
+    kept = np.zeros(len(welded.points), np.uint8)
+    kept[triangles] = 1
+    found, foreign = _core.find_rows(
+        triangles,
+        facet,
+        welded.faces,
+        welded.rows,
+        owners.facet_of_face,
+        owners.label_of_facet,
+        owners.part_of_facet,
+        owners.unchanged,
+        kept,
+    )
+    is_foreign = np.zeros(3 * len(found), bool)
+    is_foreign[foreign] = True
+    return CornerRows(found, is_foreign.reshape(-1, 3))
+
+
+def tell_in_rows(
+    mesh: Mesh, welded: WeldedMesh, corners: CornerRows, source: Indices, label: Indices, welded_label: Indices
 ) -> tuple[SimplifiedMesh, Indices, Indices]:
     """Tell a result in rows of the mesh; parts that are passed on keep their faces to the letter.
 
@@ -71,8 +100,13 @@ def resolve_rows(
     ----------
     mesh : Mesh
     welded : WeldedMesh
-    traced : TracedFaces
-    owners : Owners
+    corners : CornerRows
+    source : (k,) int32
+        A face of the mesh that has the face attributes of each triangle.
+    label : (k,) int32
+        Of each triangle.
+    welded_label : (m,) int32
+        Of each welded face.
 
     Returns
     -------
@@ -83,33 +117,20 @@ def resolve_rows(
     foreign : (j,) int32
         Corners whose rows are those of another label.
     """
-    kept = np.zeros(len(welded.points), np.uint8)
-    kept[traced.triangles] = 1
-    found, foreign = _core.find_rows(
-        traced.triangles,
-        traced.facet,
-        welded.faces,
-        welded.rows,
-        owners.facet_of_face,
-        owners.label_of_facet,
-        owners.part_of_facet,
-        owners.unchanged,
-        kept,
-    )
-    part, label, source = mesh.part_of_face[traced.source], traced.label, traced.source
+    rows, is_foreign = corners.rows, corners.is_foreign
+    part = mesh.part_of_face[source]
     if mesh.passed_on.any():
         fresh, untouched = ~mesh.passed_on[part], np.flatnonzero(mesh.passed_on[mesh.part_of_face])
-        place = np.cumsum(fresh) - 1
-        foreign = foreign[fresh[foreign // 3]]
-        foreign = cast_indices(3 * place[foreign // 3] + foreign % 3)
-        found = np.concatenate([found[fresh], mesh.faces[untouched]])
+        rows = np.concatenate([rows[fresh], mesh.faces[untouched]])
+        is_foreign = np.concatenate([is_foreign[fresh], np.zeros((len(untouched), 3), bool)])
         source = np.concatenate([source[fresh], cast_indices(untouched)])
         label = np.concatenate([label[fresh], np.full(len(untouched), -1, np.int32)])
         part = mesh.part_of_face[source]
-    result = SimplifiedMesh(mesh.points, found, part, np.arange(len(mesh.points), dtype=np.int32), source)
+    result = SimplifiedMesh(mesh.points, rows, part, np.arange(len(mesh.points), dtype=np.int32), source)
+    foreign = cast_indices(np.flatnonzero(is_foreign))
     if welded.moved > 0:
         label_of_source = np.full(len(mesh.faces), -1, np.int32)
-        label_of_source[welded.source] = owners.label_of_facet[owners.facet_of_face]
+        label_of_source[welded.source] = welded_label
         result.faces, away = _find_rows_at_points(mesh, result, welded, label_of_source, label)
         foreign = cast_indices(np.union1d(foreign, away))
     return result, label, foreign

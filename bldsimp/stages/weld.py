@@ -35,8 +35,6 @@ class WeldedMesh:
         How far welding has moved a point at most; model units.
     degenerate, duplicate : int
         Faces left out since they repeat a point, or copy another.
-    turned : int
-        Faces whose winding was turned.
     """
 
     points: Points
@@ -48,7 +46,6 @@ class WeldedMesh:
     moved: float
     degenerate: int
     duplicate: int
-    turned: int = 0
 
     @cached_property
     def rows(self) -> _core.Rows:

@@ -10,7 +10,6 @@ import judge
 import numpy as np
 import pytest
 import solids
-from bldsimp.stages.assembled import Layout
 from random_shapes import random_shape
 from solids import Shape
 from test_models import MODELS, SLOW_WHEN_ROUGH, scene_of
@@ -23,6 +22,7 @@ from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import simplify_mesh
 from bldsimp.result import MeshResult
 from bldsimp.scene import simplify_meshes
+from bldsimp.stages.fallback import Layout
 from bldsimp.triangulation import Statistics
 
 FLAT = {

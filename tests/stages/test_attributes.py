@@ -1,4 +1,4 @@
-"""Looks: facets end where textures, colours, feature ids and creases do, and what points carry stays right."""
+"""Facets end where textures, colors, feature ids and creases do, and what points carry stays right."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bldsimp.model import Attribute, Mesh, Part, SimplifiedMesh
 from bldsimp.options import DEFAULTS, DELIMITS, Options
 from bldsimp.pipeline import simplify_mesh
 from bldsimp.result import MeshResult
-from bldsimp.stages.attributes import Charted, Looks
+from bldsimp.stages.attributes import AttributeCharts, KeptAttributes
 
 WIDTH, HEIGHT, TEXELS = 10.0, 5.0, 1024
 Map = Callable[[np.ndarray], np.ndarray]
@@ -153,9 +153,9 @@ def test_what_two_maps_need_of_one_moved_row_becomes_two_rows() -> None:
     row = np.arange(4, dtype=np.int32)
     light = SimplifiedMesh(moved, faces, np.zeros(2, np.int32), row, np.zeros(2, np.int32))
     maps = np.array([[[-1.0, 0, 0, 0], [0, 1, 0, 0]], [[1, 0, 0, 0], [0, 1, 0, 0]]])
-    charted = Charted(np.array([0, 1], np.int32), maps, np.zeros(2))
+    charted = AttributeCharts(np.array([0, 1], np.int32), maps, np.zeros(2))
     none = np.empty(0, np.int32)
-    Looks(given, DEFAULTS).follow(light, points, none, np.array([0, 1], np.int32), charted)
+    KeptAttributes(given, DEFAULTS).update_values(light, points, none, np.array([0, 1], np.int32), charted)
     values = light.values(given.attributes[0])
     assert light.row.tolist() == [0, 1, 2, 3, 0]
     assert np.array_equal(light.points[4], moved[0])

@@ -1,0 +1,102 @@
+"""The pipeline does each thing once, takes points that are decided outside, and names what breaks."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import solids
+
+from bldsimp import _core
+from bldsimp.io import read
+from bldsimp.model import Mesh, Part, Scene, cast_indices
+from bldsimp.options import Options, Tolerance
+from bldsimp.pipeline import DecidedPoints, simplify_mesh
+from bldsimp.scene import simplify_scene
+
+COUNTED = ("weld", "pair_halfedges", "find_turned", "find_rows", "find_charts")
+
+
+@pytest.fixture
+def calls(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """Count the calls of kernels."""
+    counted: Counter[str] = Counter()
+
+    def count(name: str) -> None:
+        kernel = getattr(_core, name)
+
+        def call(*arguments: Any, **options: Any) -> Any:
+            counted[name] += 1
+            return kernel(*arguments, **options)
+
+        monkeypatch.setattr(_core, name, call)
+
+    for name in COUNTED:
+        count(name)
+    return counted
+
+
+def mesh_of(shape: solids.Shape) -> Mesh:
+    points, faces = shape
+    return Mesh("mesh", points, faces, np.zeros(len(faces), np.int32), [Part("mesh")])
+
+
+class TestOnce:
+    @pytest.mark.parametrize("unit", ["auto", "percent"])
+    def test_a_textured_building_is_welded_charted_and_looked_up_once(
+        self, data: Path, calls: Counter[str], unit: str
+    ) -> None:
+        scene = read(data / "house_textured.obj", "obj")
+        assert len(scene.meshes) == 1
+        simplify_scene(scene, Options(tolerance=Tolerance(0.5 if unit == "percent" else 0.0, unit)))
+        assert (calls["weld"], calls["find_charts"], calls["find_rows"]) == (1, 1, 1)
+
+    def test_halfedges_are_paired_once_for_each_set_of_faces(self, calls: Counter[str]) -> None:
+        mesh = mesh_of(solids.subdivided(solids.box(), 3))
+        simplify_mesh(mesh, 1e-9)
+        assert calls["pair_halfedges"] == calls["find_turned"] == 1
+        simplify_mesh(mesh, 0.05)
+        # At a wide tolerance collapses give other faces.
+        assert calls["pair_halfedges"] == calls["find_turned"] == 3
+
+    def test_small_components_cost_no_second_weld(self, calls: Counter[str]) -> None:
+        points, faces = solids.box()
+        shape = (
+            np.concatenate([points, points * 0.01 + 5.0]),
+            np.concatenate([faces, cast_indices(faces + len(points))]),
+        )
+        scene = Scene(None, "arrays", [mesh_of(shape)], 0)
+        _, report = simplify_scene(scene, Options(min_part=0.1))
+        assert len(report.dropped) == 1
+        assert report.before.points == 2 * report.after.points == 16
+        assert calls["weld"] == 1
+
+
+class TestDecidedPoints:
+    """A sheet of 2 by 2 squares, whose upper border has a point in the middle."""
+
+    def sheet(self, bend: float = 0.0) -> tuple[Mesh, int]:
+        points, faces = solids.subdivided(solids.square(), 1)
+        mesh = mesh_of((points.copy(), faces))
+        middle = int(np.flatnonzero((mesh.points[:, 0] == 0.5) & (mesh.points[:, 1] == 1.0))[0])
+        mesh.points[middle, 1] += bend
+        return mesh, middle
+
+    def test_a_point_that_no_chain_needs_stays_where_it_is_decided(self) -> None:
+        mesh, middle = self.sheet()
+        assert simplify_mesh(mesh, 1e-6).after.points == 4
+        decided = DecidedPoints(np.array([middle], np.int32), np.array([True]))
+        result = simplify_mesh(mesh, 1e-6, decided=decided)
+        assert result.after.points == 5
+        assert middle in result.mesh.faces
+
+    def test_a_point_that_the_tolerance_keeps_goes_where_it_is_decided(self) -> None:
+        mesh, middle = self.sheet(0.01)
+        assert simplify_mesh(mesh, 1e-6).after.points == 5
+        decided = DecidedPoints(np.array([middle], np.int32), np.array([False]))
+        result = simplify_mesh(mesh, 1e-6, decided=decided)
+        assert result.after.points == 4
+        assert result.deviation >= 0.01
