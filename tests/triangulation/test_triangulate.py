@@ -101,7 +101,7 @@ def test_cocircular_ties_go_to_the_least_point():
     assert all(6 in triangle for triangle in result.triangles)
 
 
-def test_neighbours_lie_opposite_their_corner():
+def test_neighbors_lie_opposite_their_corner():
     result = checked([(0, 0), (2, 0), (0, 2), (2, 2.5)], [], carve=False)
     for row, triangle in enumerate(result.triangles):
         for corner, other in enumerate(result.neighbors[row]):
@@ -212,12 +212,12 @@ def broken(**changes) -> Triangulation:
     [
         ({"triangles": lambda t: t[:, ::-1]}, "not counter-clockwise|neighbour"),
         ({"triangles": lambda t: t + 2}, "out of range"),
-        ({"neighbours": lambda n: np.roll(n, 1, axis=0)}, "neighbour"),
+        ({"neighbors": lambda n: np.roll(n, 1, axis=0)}, "neighbor"),
         ({"points": lambda p: np.where(p == 9, 3, p)}, "not Delaunay"),
         ({"points": lambda p: np.where(p == 9, 4, p)}, "tie"),
         ({"input_segment": lambda s: s[::-1]}, "order"),
         ({"constraints": lambda c: c[:, ::-1]}, "one piece"),
-        ({"triangles": lambda t: t[:-1], "neighbours": lambda n: n[:-1]}, "neighbour"),
+        ({"triangles": lambda t: t[:-1], "neighbors": lambda n: n[:-1]}, "neighbor"),
         ({"segments": lambda s: s[:-1], "input_segment": lambda s: s[:-1]}, "without pieces"),
     ],
 )
