@@ -88,7 +88,7 @@ def _check_rows(result: Triangulated) -> None:
 def _check_neighbors(edges: _Halfedges) -> None:
     _require(np.bincount(np.unique(edges.key, return_inverse=True)[1]) > 1, "directed edge used twice")
     expected = np.where(edges.twin < 0, -1, edges.twin // 3)
-    _require(expected != edges.across, "neighbour across a halfedge is wrong")
+    _require(expected != edges.across, "neighbor across a halfedge is wrong")
 
 
 def _check_directions(result: Triangulated) -> None:

@@ -187,7 +187,7 @@ def test_many_crossings_of_nearly_parallel_segments_end(seed):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_segments_between_neighbouring_doubles(seed):
+def test_segments_between_neighboring_doubles(seed):
     rng = np.random.default_rng(seed)
     points = rng.random(2) + rng.integers(-6, 7, (60, 2)) * 2.0**-53 * rng.choice([1, 2, 8], (60, 1))
     checked(points, np.arange(60).reshape(-1, 2), carve=False, split_crossings=True)
@@ -210,7 +210,7 @@ def broken(**changes) -> Triangulation:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"triangles": lambda t: t[:, ::-1]}, "not counter-clockwise|neighbour"),
+        ({"triangles": lambda t: t[:, ::-1]}, "not counter-clockwise|neighbor"),
         ({"triangles": lambda t: t + 2}, "out of range"),
         ({"neighbors": lambda n: np.roll(n, 1, axis=0)}, "neighbor"),
         ({"points": lambda p: np.where(p == 9, 3, p)}, "not Delaunay"),
