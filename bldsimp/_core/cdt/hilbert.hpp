@@ -1,0 +1,37 @@
+// The order in which points are inserted: in rounds, each along a Hilbert curve, so that a point lies
+// near the last one, and no arrangement of the points is the worst case.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/predicates.hpp"
+
+namespace bldsimp {
+
+// Reusable workspace of `order`.
+class HilbertOrder {
+ public:
+  // Indices of the points as to be inserted; equal points follow each other, the lowest index first.
+  // Depends on the coordinates alone: the same points in any order give the same sequence of
+  // coordinates. Valid until the next call. O(n), clusters far smaller than the whole once more.
+  std::span<const Index> order(std::span<const Point2> points);
+  // The same in one round.
+  std::span<const Index> along_curve(std::span<const Point2> points);
+
+ private:
+  struct Keyed {
+    std::uint32_t key;
+    Index index;
+  };
+  void sort(std::span<const Point2> points, std::size_t begin, std::size_t end);
+  void into_rounds(std::span<const Point2> points);
+  void sort_by_key(std::size_t begin, std::size_t end);
+
+  std::vector<Index> order_, spare_order_;
+  std::vector<std::uint8_t> round_;
+  std::vector<Keyed> keyed_, spare_;
+};
+
+}  // namespace bldsimp

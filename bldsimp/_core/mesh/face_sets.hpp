@@ -1,0 +1,79 @@
+// Sets of faces, joined across edges.
+#pragma once
+
+#include <array>
+#include <mutex>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "mesh/array.hpp"
+#include "mesh/parallel.hpp"
+#include "mesh/vec3.hpp"
+
+namespace bldsimp {
+
+// The root of a set is its least face, so that the result knows no order.
+class FaceSets {
+ public:
+  explicit FaceSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+
+  Index find(Index f) {
+    while (parent_[f] != f) f = parent_[f] = parent_[parent_[f]];
+    return f;
+  }
+  void join(Index f, Index g) {
+    f = find(f);
+    g = find(g);
+    parent_[std::max(f, g)] = std::min(f, g);
+  }
+  // The root of each face; parents come before their children.
+  Array<Index> roots() && {
+    for (Index& parent : parent_) parent = parent_[parent];
+    return std::move(parent_);
+  }
+
+ private:
+  Array<Index> parent_;
+};
+
+// Calls visit(lower, higher) for the pairs of twins whose lower halfedge is in first .. last - 1. Lower ones
+// are picked out in advance: as a branch between visits this would be guessed wrong every other time.
+template <class Visit>
+void for_twins(std::span<const Index> twin, std::size_t first, std::size_t last, Visit visit) {
+  std::array<Index, 512> lower;
+  while (first < last) {
+    const std::size_t end = std::min(last, first + lower.size());
+    std::size_t count = 0;
+    for (; first < end; ++first) {
+      lower[count] = static_cast<Index>(first);
+      count += twin[first] > static_cast<Index>(first);
+    }
+    for (std::size_t i = 0; i < count; ++i) visit(lower[i], twin[lower[i]]);
+  }
+}
+
+// The least face of the set of each face, where faces are joined across the twins that `joins(h, twin)` asks
+// for. Each thread joins its own range of faces; what crosses ranges comes last. O(halfedges), nearly.
+template <class Joins>
+Array<Index> join_across(std::span<const Index> twin, Joins joins) {
+  FaceSets sets(twin.size() / 3);
+  std::vector<IndexPair> crossing;
+  std::mutex adding;
+  parallel_for(twin.size() / 3, [&](std::size_t first, std::size_t last) {
+    std::vector<IndexPair> own;
+    for_twins(twin, 3 * first, 3 * last, [&](Index h, Index t) {
+      if (!joins(h, t)) return;
+      if (t / 3 < static_cast<Index>(last))
+        sets.join(h / 3, t / 3);
+      else
+        own.push_back({h / 3, t / 3});
+    });
+    const std::scoped_lock lock(adding);
+    crossing.insert(crossing.end(), own.begin(), own.end());
+  });
+  for (const auto& [f, g] : crossing) sets.join(f, g);
+  return std::move(sets).roots();
+}
+
+}  // namespace bldsimp

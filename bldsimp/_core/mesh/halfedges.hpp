@@ -1,0 +1,43 @@
+// Half-edges: which halfedge is the twin of which.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "mesh/array.hpp"
+#include "mesh/corner_rows.hpp"
+#include "mesh/vec3.hpp"
+
+namespace bldsimp {
+
+struct Halfedges {
+  Array<Index> twin;  // -1 where there is none
+  // Edges that are not shared by exactly two faces in opposite directions nor used by one face alone:
+  // the halfedges of group g are members[start[g]] .. members[start[g + 1] - 1].
+  std::vector<Index> group_start{0};
+  std::vector<Index> group_members;
+  Index open_edges = 0;         // edges of one face
+  Index nonmanifold_edges = 0;  // edges of more than two
+
+  // Calls visit(span of halfedges) for each group.
+  template <class Visit>
+  void for_groups(Visit visit) const {
+    for (std::size_t g = 0; g + 1 < group_start.size(); ++g)
+      visit(std::span<const Index>(group_members.data() + group_start[g], group_members.data() + group_start[g + 1]));
+  }
+};
+
+// Twins are the two opposite halfedges of an edge. Where more than two faces meet they are sought
+// among those that share the file's own rows, then among those whose faces lie in one plane within
+// `width` and face the same way; what is not unique stays without a twin, and so does, of an edge at
+// which very many faces meet, what shares no rows. O(halfedges).
+Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces, const CornerRows& rows,
+                         double width);
+
+// Edges of one face, and edges of more than two. O(faces).
+IndexPair count_edges(std::span<const Face> faces, Index point_count);
+
+// The component of each face: its least face. Faces hang together by edges. Nearly linear.
+Array<Index> find_components(std::span<const Face> faces, Index point_count);
+
+}  // namespace bldsimp

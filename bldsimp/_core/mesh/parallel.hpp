@@ -1,0 +1,43 @@
+// Loops over independent items on all cores that the process may use.
+#pragma once
+
+#ifdef __linux__
+#include <sched.h>
+#endif
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <limits>
+#include <thread>
+#include <vector>
+
+namespace bldsimp {
+
+inline constexpr std::size_t least_parallel_work = 1 << 15;  // below this, a thread costs more than it saves
+
+// How many threads can run at once: a share of a machine, as a scheduler gives it out, may be less than its cores.
+inline std::size_t core_count() {
+#ifdef __linux__
+  cpu_set_t cores;
+  if (sched_getaffinity(0, sizeof cores, &cores) == 0) return static_cast<std::size_t>(std::max(1, CPU_COUNT(&cores)));
+#endif
+  return std::max(1u, std::thread::hardware_concurrency());
+}
+
+// At most so many threads at once, for the whole process: one where processes share the cores already.
+inline std::atomic<std::size_t> most_threads = std::numeric_limits<std::size_t>::max();
+
+// Calls run(begin, end) on ranges that together are 0 .. count. Each item must write to places of its
+// own, so that the result is the same with any number of threads.
+template <class Run>
+void parallel_for(std::size_t count, Run run, std::size_t least_work = least_parallel_work) {
+  const std::size_t threads =
+      std::clamp<std::size_t>(count / least_work, 1, std::min(core_count(), most_threads.load()));
+  std::vector<std::jthread> others;
+  for (std::size_t i = 1; i < threads; ++i)
+    others.emplace_back([=, &run] { run(count * i / threads, count * (i + 1) / threads); });
+  run(0, count / threads);
+}
+
+}  // namespace bldsimp

@@ -1,0 +1,59 @@
+// What runs along each facet: its chains, and the pieces that replace them.
+#pragma once
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "planar/thin.hpp"
+
+namespace bldsimp {
+
+// Which chains run along a facet, and which pieces replace a chain.
+struct FacetChains {
+  FacetChains(const Outlines& outlines, std::span<const Piece> pieces, std::size_t facets)
+      : use_start(facets + 1, 0), piece_start(outlines.chain_start.size(), 0) {
+    for (const FacetUse& use : outlines.uses) ++use_start[use.facet + 1];
+    std::partial_sum(use_start.begin(), use_start.end(), use_start.begin());
+    chain_uses.resize(outlines.uses.size());
+    std::vector<Index> cursor(use_start.begin(), use_start.end() - 1);
+    for (std::size_t c = 0; c + 1 < outlines.use_start.size(); ++c)
+      for (Index u = outlines.use_start[c]; u < outlines.use_start[c + 1]; ++u)
+        chain_uses[cursor[outlines.uses[u].facet]++] = {static_cast<Index>(c), outlines.uses[u].forward};
+    for (const Piece& piece : pieces) ++piece_start[piece.chain + 1];
+    std::partial_sum(piece_start.begin(), piece_start.end(), piece_start.begin());
+  }
+  std::vector<Index> use_start;
+  std::vector<std::pair<Index, bool>> chain_uses;  // {chain, forward}
+  std::vector<Index> piece_start;
+};
+
+// Both sides of a sheet are triangulated in the projection of the first, so that ties among points on one
+// circle fall alike and the diagonals of one side never cross those of the other.
+inline Index front_of(const Outlines& outlines, Index facet) {
+  const Index back = outlines.back[facet];
+  return back >= 0 && back < facet ? back : facet;
+}
+inline bool is_behind(const Outlines& outlines, Index facet) { return front_of(outlines, facet) != facet; }
+
+// Points that must stay inside a facet although no chain of it passes them, as rows of `inner`.
+inline std::span<const IndexPair> inner_of(const Outlines& outlines, Index facet) {
+  const auto& inner = outlines.inner;
+  return {std::lower_bound(inner.begin(), inner.end(), IndexPair{facet, -1}),
+          std::lower_bound(inner.begin(), inner.end(), IndexPair{facet + 1, -1})};
+}
+
+// Directed edges that none runs against, sorted.
+inline std::vector<Edge> find_unopposed(std::vector<Edge> there) {
+  std::vector<Edge> back(there), only;
+  for (auto& edge : back) std::swap(edge[0], edge[1]);
+  std::sort(there.begin(), there.end());
+  std::sort(back.begin(), back.end());
+  std::set_difference(there.begin(), there.end(), back.begin(), back.end(), std::back_inserter(only));
+  return only;
+}
+
+}  // namespace bldsimp
