@@ -11,10 +11,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include <optional>
-#include <span>
 #include <tuple>
-#include <utility>
-#include <vector>
 
 #include "mesh/vec3.hpp"
 
@@ -135,13 +132,13 @@ auto unlocked(Kernel kernel) {
 }
 
 // Throws where the kernel's preconditions do not hold; who calls then says which rows are to blame.
-inline void check_range(std::span<const Index> indices, std::size_t count) {
+inline void check_range(Indices indices, std::size_t count) {
   bool within = true;
   for (const Index index : indices) within &= static_cast<std::size_t>(index) < count;
   if (!within) throw nb::index_error("index out of range");
 }
-inline void check_range(std::span<const Face> faces, std::size_t count) {
-  check_range(std::span<const Index>(faces.empty() ? nullptr : faces[0].data(), 3 * faces.size()), count);
+inline void check_range(Faces faces, std::size_t count) {
+  check_range(Indices(faces.empty() ? nullptr : faces[0].data(), 3 * faces.size()), count);
 }
 
 void bind_mesh(nb::module_& m);
@@ -157,8 +154,8 @@ namespace nanobind::detail {
 template <bldsimp::ArrayItem Item>
 struct type_caster<std::span<const Item>> {
   NB_TYPE_CASTER(std::span<const Item>, make_caster<bldsimp::Input<Item>>::Name)
-  template <class Flags>
-  bool from_python(handle source, Flags flags, cleanup_list* cleanup) noexcept {
+  template <class CastFlags>
+  bool from_python(handle source, CastFlags flags, cleanup_list* cleanup) noexcept {
     if (source.is_none()) return true;
     if (!array.from_python(source, flags, cleanup)) return false;
     value = bldsimp::view<Item>(array.value);

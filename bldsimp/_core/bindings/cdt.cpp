@@ -53,13 +53,12 @@ auto triangulate(Input<Point2> points, Input<Triangulator::Segment> segments, bo
 void bind_cdt(nb::module_& m) {
   m.def("triangulate", &triangulate, "points"_a, "segments"_a, "carve"_a, "split_crossings"_a, "lift"_a = nb::none());
   m.def("triangulate_polygons",
-        unlocked(
-            [](std::span<const Point3> points, std::span<const std::int64_t> offsets, std::span<const Index> corners) {
-              check_range(corners, points.size());
-              check_offsets(offsets, corners.size());
-              auto [faces, polygon_of_face] = triangulate_polygons(points, offsets, corners);
-              return std::tuple(std::move(faces), std::move(polygon_of_face));
-            }),
+        unlocked([](std::span<const Point3> points, std::span<const std::int64_t> offsets, Indices corners) {
+          check_range(corners, points.size());
+          check_offsets(offsets, corners.size());
+          auto [faces, polygon_of_face] = triangulate_polygons(points, offsets, corners);
+          return std::tuple(std::move(faces), std::move(polygon_of_face));
+        }),
         "points"_a, "offsets"_a, "corners"_a);
 }
 

@@ -27,8 +27,7 @@ void bind_collapse(nb::module_& m) {
       .def_ro("accepted", &CollapseResult::accepted)
       .def_ro("moved", &CollapseResult::moved);
   m.def("collapse",
-        unlocked([](std::span<const Vec3> points, std::span<const Face> surface, std::span<const Index> label,
-                    std::span<const std::uint8_t> pinned, std::span<const std::uint8_t> left_out, double tolerance,
+        unlocked([](Points points, Faces surface, Indices label, Flags pinned, Flags left_out, double tolerance,
                     int decimals, bool single, Index lids, Progress* progress) {
           return collapse({points, surface, label, pinned, left_out, lids, tolerance, decimals, single, progress});
         }),

@@ -19,8 +19,8 @@ namespace nanobind::detail {
 template <>
 struct type_caster<bldsimp::CornerRows> {
   NB_TYPE_CASTER(bldsimp::CornerRows, make_caster<bldsimp::RowArrays>::Name)
-  template <class Flags>
-  bool from_python(handle source, Flags, cleanup_list*) noexcept {
+  template <class CastFlags>
+  bool from_python(handle source, CastFlags, cleanup_list*) noexcept {
     if (source.is_none()) return true;
     const bldsimp::RowArrays* arrays = nullptr;
     if (!try_cast(source, arrays)) return false;

@@ -27,7 +27,7 @@ void bind_topology(nb::module_& m) {
             &Halfedges::group_members);
   halfedges.def_ro("open_edges", &Halfedges::open_edges).def_ro("nonmanifold_edges", &Halfedges::nonmanifold_edges);
   m.def("pair_halfedges", unlocked(&pair_halfedges), "points"_a, "faces"_a, "rows"_a.none(), "width"_a);
-  m.def("count_edges", unlocked([](std::span<const Face> faces, Index point_count) {
+  m.def("count_edges", unlocked([](Faces faces, Index point_count) {
           const auto [open, nonmanifold] = count_edges(faces, point_count);
           return std::tuple(open, nonmanifold);
         }),
@@ -40,7 +40,7 @@ void bind_distances(nb::module_& m) {
   nb::class_<FaceTree>(m, "FaceTree")
       .def(
           "__init__",
-          [](FaceTree* self, std::span<const Vec3> points, std::span<const Face> faces) {
+          [](FaceTree* self, Points points, Faces faces) {
             check_range(faces, points.size());
             nb::gil_scoped_release release;
             new (self) FaceTree(points, faces);
@@ -48,8 +48,7 @@ void bind_distances(nb::module_& m) {
           "points"_a, "faces"_a)
       .def("distances", unlocked(&FaceTree::distances), "queries"_a)
       .def("farthest", unlocked(&FaceTree::farthest), "queries"_a, "limit"_a);
-  m.def("distances",
-        unlocked([](std::span<const Vec3> queries, std::span<const Vec3> points, std::span<const Face> faces) {
+  m.def("distances", unlocked([](Points queries, Points points, Faces faces) {
           check_range(faces, points.size());
           return FaceTree(points, faces).distances(queries);
         }),
@@ -57,10 +56,10 @@ void bind_distances(nb::module_& m) {
 }
 
 // Binds a predicate over rows of arrays of equal lengths, which gives signs.
-template <class Point, class... Points>
-void bind_predicate(nb::module_& m, const char* name, int (*predicate)(const Point&, const Points&...),
+template <class Point, class... More>
+void bind_predicate(nb::module_& m, const char* name, int (*predicate)(const Point&, const More&...),
                     const auto&... names) {
-  const auto signs = [predicate](std::span<const Point> first, std::span<const Points>... rest) {
+  const auto signs = [predicate](std::span<const Point> first, std::span<const More>... rest) {
     if (((rest.size() != first.size()) || ...)) throw nb::value_error("arrays of different lengths");
     std::vector<std::int8_t> result(first.size());
     for (std::size_t i = 0; i < first.size(); ++i)
@@ -77,7 +76,7 @@ void bind_mesh(nb::module_& m) {
   bind_distances(m);
   m.def(
       "find_crossings",
-      [](std::span<const Vec3> points, std::span<const Face> faces, std::optional<Input<std::uint8_t>> wanted) {
+      [](Points points, Faces faces, std::optional<Input<std::uint8_t>> wanted) {
         check_range(faces, points.size());
         if (wanted && wanted->shape(0) != faces.size()) throw nb::value_error("one flag per face");
         nb::gil_scoped_release release;

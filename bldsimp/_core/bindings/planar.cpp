@@ -28,20 +28,19 @@ void bind_facets(nb::module_& m) {
   def_views(facets, "facet_of_face", &Facets::facet_of_face, "planes", &Facets::planes, "curved", &Facets::curved);
   facets.def(
       "__init__",
-      [](Facets* self, std::span<const Index> facet_of_face, std::span<const Plane> planes) {
+      [](Facets* self, Indices facet_of_face, std::span<const Plane> planes) {
         new (self) Facets{{facet_of_face.begin(), facet_of_face.end()}, {planes.begin(), planes.end()}, {}};
       },
       "facet_of_face"_a, "planes"_a);
   m.def("find_facets",
-        unlocked([](std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-                    std::span<const Index> label, std::tuple<double, double, double> origin, double width,
-                    double needle, double fold) {
+        unlocked([](Points points, Faces faces, const Halfedges& halfedges, Indices label,
+                    std::tuple<double, double, double> origin, double width, double needle, double fold) {
           const auto [x, y, z] = origin;
           return find_facets(points, faces, halfedges.twin, label, {x, y, z}, {width, needle, fold});
         }),
         "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a, "fold"_a);
-  m.def("group_faces", unlocked([](const Facets& facets) {
-          auto [start, order] = group_faces(facets);
+  m.def("group_faces", unlocked([](const Facets& all) {
+          auto [start, order] = group_faces(all);
           return std::tuple(std::move(start), std::move(order));
         }),
         "facets"_a);
@@ -54,9 +53,8 @@ void bind_charts(nb::module_& m) {
   def_views(charts, "chart_of_face", &Charts::chart_of_face, "maps", &Charts::maps, "spans", &Charts::spans);
   m.def(
       "find_charts",
-      [](std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-         std::span<const Index> start, std::span<const Index> order, const CornerRows& rows,
-         std::span<const Index> part_of_face, Table values, Table steps, std::span<const double> limits) {
+      [](Points points, Faces faces, const Halfedges& halfedges, Indices start, Indices order, const CornerRows& rows,
+         Indices part_of_face, Table values, Table steps, std::span<const double> limits) {
         if (values.shape(1) != limits.size() || steps.shape(1) != limits.size())
           throw nb::value_error("one limit, and one number of steps, for each column");
         nb::gil_scoped_release release;
@@ -66,8 +64,8 @@ void bind_charts(nb::module_& m) {
       "points"_a, "faces"_a, "halfedges"_a, "start"_a, "order"_a, "rows"_a, "part_of_face"_a, "values"_a, "steps"_a,
       "limits"_a);
   m.def("find_smooth",
-        unlocked([](std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-                    const CornerRows& rows, std::span<const Vec3> normals, double cosine, double needle) {
+        unlocked([](Points points, Faces faces, const Halfedges& halfedges, const CornerRows& rows, Points normals,
+                    double cosine, double needle) {
           return find_smooth(points, faces, halfedges.twin, rows, normals, cosine, needle);
         }),
         "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "normals"_a, "cosine"_a, "needle"_a);
@@ -83,8 +81,7 @@ void bind_outlines(nb::module_& m) {
   def_column(outlines, "use_facet", uses, &FacetUse::facet);
   def_column(outlines, "use_forward", uses, &FacetUse::forward);
   m.def("trace_outlines",
-        unlocked([](std::span<const Face> faces, Index point_count, const Halfedges& halfedges, const Facets& facets,
-                    std::span<const std::uint8_t> frozen) {
+        unlocked([](Faces faces, Index point_count, const Halfedges& halfedges, const Facets& facets, Flags frozen) {
           return trace_outlines(faces, point_count, halfedges, facets.facet_of_face, frozen);
         }),
         "faces"_a, "point_count"_a, "halfedges"_a, "facets"_a, "frozen"_a);
@@ -103,8 +100,7 @@ void bind_outlines(nb::module_& m) {
   def_views(edges, "edges", &PieceEdges::edges, "clashing", &PieceEdges::clashing, "healed_pieces",
             &PieceEdges::healed_pieces);
   edges.def_ro("healed", &PieceEdges::healed);
-  m.def("merge_pieces",
-        unlocked([](const Pieces& pieces, const Outlines& outlines) { return merge_pieces(pieces, outlines); }),
+  m.def("merge_pieces", unlocked([](const Pieces& laid, const Outlines& along) { return merge_pieces(laid, along); }),
         "pieces"_a, "outlines"_a);
 }
 
@@ -114,26 +110,23 @@ void bind_retriangulation(nb::module_& m) {
             &Patches::outcomes, "reach", &Patches::reach, "put_back", &Patches::put_back, "trouble", &Patches::trouble);
   patches.def_prop_ro("statistics", [](const Patches& p) { return row_of(p.statistics); });
   m.def("retriangulate",
-        unlocked([](std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> face_start,
-                    std::span<const Index> face_order, const Facets& facets, const Outlines& outlines,
-                    const Pieces& pieces, std::span<const std::uint8_t> kept, std::span<const double> reach,
-                    std::span<const Index> wanted, std::span<const std::uint8_t> keep) {
+        unlocked([](Points points, Faces faces, Indices face_start, Indices face_order, const Facets& facets,
+                    const Outlines& outlines, const Pieces& pieces, Flags kept, std::span<const double> reach,
+                    Indices wanted, Flags keep) {
           const FacetParts parts{points, faces, face_start, face_order, facets.planes, outlines, pieces, kept, reach};
           return retriangulate(parts, wanted, keep);
         }),
         "points"_a, "faces"_a, "face_start"_a, "face_order"_a, "facets"_a, "outlines"_a, "pieces"_a, "kept"_a,
         "reach"_a, "wanted"_a, "keep"_a);
   m.def("find_misfits",
-        unlocked([](std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                    const PieceEdges& expected, std::span<const std::uint8_t> keep, const Outlines& outlines) {
+        unlocked([](Faces triangles, Indices facet_of_triangle, const PieceEdges& expected, Flags keep,
+                    const Outlines& outlines) {
           return find_misfits(triangles, facet_of_triangle, expected, keep, outlines.back);
         }),
         "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
   m.def("find_rows",
-        unlocked([](std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                    std::span<const Face> faces, const CornerRows& rows, std::span<const Index> facet_of_face,
-                    std::span<const Index> group_of_facet, std::span<const Index> part_of_facet,
-                    std::span<const std::uint8_t> unchanged, std::span<const std::uint8_t> kept) {
+        unlocked([](Faces triangles, Indices facet_of_triangle, Faces faces, const CornerRows& rows,
+                    Indices facet_of_face, Indices group_of_facet, Indices part_of_facet, Flags unchanged, Flags kept) {
           auto found = assign_rows(triangles, facet_of_triangle, faces, rows, facet_of_face, group_of_facet,
                                    part_of_facet, unchanged, kept);
           return std::tuple(std::move(found.rows), std::move(found.foreign));
@@ -146,9 +139,8 @@ void bind_retriangulation(nb::module_& m) {
             &ConformResult::facet_of_triangle, "facets", &ConformResult::facets);
   conformed.def_prop_ro("statistics", [](const ConformResult& c) { return row_of(c.statistics); });
   m.def("conform",
-        unlocked([](std::span<const Vec3> points, std::span<const Plane> planes, const Outlines& outlines,
-                    const Pieces& pieces, std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                    std::span<const std::uint8_t> keep) {
+        unlocked([](Points points, std::span<const Plane> planes, const Outlines& outlines, const Pieces& pieces,
+                    Faces triangles, Indices facet_of_triangle, Flags keep) {
           return conform({points, planes, outlines, pieces, triangles, facet_of_triangle, keep});
         }),
         "points"_a, "planes"_a, "outlines"_a, "pieces"_a, "triangles"_a, "facet_of_triangle"_a, "keep"_a);

@@ -1,5 +1,4 @@
 // Step 6 and the result: carves away what lies outside the rings, and numbers what stays.
-#include <algorithm>
 
 #include "cdt/cdt.hpp"
 

@@ -1,7 +1,5 @@
 #include "cdt/cdt.hpp"
 
-#include <cmath>
-
 #include "cdt/legality.hpp"
 #include "mesh/errors.hpp"
 

@@ -14,12 +14,7 @@
 // algorithm", sections on direction search and influence domains; C. L. Lawson, 1977 (flips).
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <memory>
-#include <span>
-#include <utility>
-#include <vector>
 
 #include "cdt/hilbert.hpp"
 #include "cdt/mesh2d.hpp"
@@ -72,7 +67,7 @@ struct Statistics {
 // Not shared between threads; each thread has its own.
 class Triangulator {
  public:
-  // SegmentPiece of an input segment between two points next to each other on it.
+  // Piece of an input segment between two points next to each other on it.
   struct SegmentPiece {
     Index a, b, segment;
   };
@@ -166,8 +161,8 @@ class Triangulator {
   Index swap_diagonals();
   Index cut_off(Index before, Index after);
   Index fill_anew(Index from, Index reached);
-  void note_rim(std::span<const Index> chain);
-  Index fill_side(std::span<const Index> ring, std::size_t& filled);
+  void note_rim(Indices chain);
+  Index fill_side(Indices ring, std::size_t& filled);
   void restore_delaunay();
   void legalize_edges();
   void split_crossing(Pending segment, Index crossed);

@@ -1,6 +1,4 @@
 // Step 5: segments become edges by swapping diagonals in their influence domains.
-#include <algorithm>
-#include <cmath>
 
 #include "cdt/cdt.hpp"
 #include "cdt/legality.hpp"
@@ -238,14 +236,14 @@ Index Triangulator::fill_anew(Index from, Index reached) {
   return on_left;
 }
 
-void Triangulator::note_rim(std::span<const Index> chain) {
+void Triangulator::note_rim(Indices chain) {
   for (const Index h : chain) rim_.push_back({mesh_.origin(h), mesh_.target(h), mesh_.twin(h), mesh_.mark(h)});
 }
 
 // Puts the triangles inside a ring into the triangles of the domain from `filled` on; returns the halfedge
 // from the ring's last site to its first, which is the segment. An edge that the ring passes both ways has
 // triangles of the domain on both sides.
-Index Triangulator::fill_side(std::span<const Index> ring, std::size_t& filled) {
+Index Triangulator::fill_side(Indices ring, std::size_t& filled) {
   std::vector<Point2> points;
   std::vector<double> lift;
   std::vector<Segment> segments;

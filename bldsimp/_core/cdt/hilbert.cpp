@@ -1,10 +1,6 @@
 #include "cdt/hilbert.hpp"
 
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <numeric>
-#include <utility>
 
 namespace bldsimp {
 namespace {
@@ -70,13 +66,13 @@ std::uint64_t hash(const Point2& p) {
 
 }  // namespace
 
-std::span<const Index> HilbertOrder::order(std::span<const Point2> points) {
+Indices HilbertOrder::order(std::span<const Point2> points) {
   along_curve(points);
   if (points.size() > many) into_rounds(points);
   return order_;
 }
 
-std::span<const Index> HilbertOrder::along_curve(std::span<const Point2> points) {
+Indices HilbertOrder::along_curve(std::span<const Point2> points) {
   order_.resize(points.size());
   std::iota(order_.begin(), order_.end(), 0);
   if (points.size() > few && keyed_.size() < points.size()) {

@@ -2,10 +2,6 @@
 // near the last one, and no arrangement of the points is the worst case.
 #pragma once
 
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "mesh/predicates.hpp"
 
 namespace bldsimp {
@@ -16,9 +12,9 @@ class HilbertOrder {
   // Indices of the points as to be inserted; equal points follow each other, the lowest index first.
   // Depends on the coordinates alone: the same points in any order give the same sequence of
   // coordinates. Valid until the next call. O(n), clusters far smaller than the whole once more.
-  std::span<const Index> order(std::span<const Point2> points);
+  Indices order(std::span<const Point2> points);
   // The same in one round.
-  std::span<const Index> along_curve(std::span<const Point2> points);
+  Indices along_curve(std::span<const Point2> points);
 
  private:
   struct Keyed {

@@ -5,11 +5,6 @@
 // halfedge has a twin.
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <span>
-#include <vector>
-
 #include "mesh/predicates.hpp"
 
 namespace bldsimp {

@@ -1,8 +1,5 @@
 #include "cdt/polygons.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "cdt/cdt.hpp"
 
 namespace bldsimp {
@@ -93,8 +90,7 @@ void PolygonCutter::read(std::span<const Point3> outline) {
 void PolygonCutter::name_positions(std::span<const Point3> outline) {
   const auto key = [&](Index i) { return std::array{outline[i].x, outline[i].y, outline[i].z}; };
   position_.resize(outline.size());
-  order_.resize(outline.size());
-  for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = static_cast<Index>(i);
+  order_ = list_indices(outline.size());
   std::sort(order_.begin(), order_.end(), [&](Index i, Index j) { return key(i) != key(j) ? key(i) < key(j) : i < j; });
   for (std::size_t i = 0; i < order_.size(); ++i) {
     const bool same = i > 0 && key(order_[i]) == key(order_[i - 1]);
@@ -183,7 +179,7 @@ bool PolygonCutter::is_ear(std::size_t i) const {
 }  // namespace
 
 PolygonFaces triangulate_polygons(std::span<const Point3> points, std::span<const std::int64_t> offsets,
-                                  std::span<const Index> corners) {
+                                  Indices corners) {
   PolygonFaces result;
   PolygonCutter cutter;
   std::vector<Point3> outline;

@@ -1,11 +1,6 @@
 // Triangles of polygons in space, as files hold them: concave, not quite plane, touching themselves.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "mesh/predicates.hpp"
 
 namespace bldsimp {
@@ -24,6 +19,6 @@ struct PolygonFaces {
 // Preconditions: finite points, rising offsets, corners in range. O(n log n) per polygon, O(n^2) or
 // worse for one that crosses itself.
 PolygonFaces triangulate_polygons(std::span<const Point3> points, std::span<const std::int64_t> offsets,
-                                  std::span<const Index> corners);
+                                  Indices corners);
 
 }  // namespace bldsimp

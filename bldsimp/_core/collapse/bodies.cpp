@@ -1,8 +1,6 @@
 #include "collapse/bodies.hpp"
 
-#include <algorithm>
 #include <tuple>
-#include <vector>
 
 #include "mesh/edges.hpp"
 #include "mesh/face_sets.hpp"
@@ -32,11 +30,11 @@ double turn_of(double x, double y) {
 
 class SpokePairing {
  public:
-  SpokePairing(std::span<const Vec3> points, std::span<const Face> faces) : points_(points), faces_(faces) {}
+  SpokePairing(Points points, Faces faces) : points_(points), faces_(faces) {}
 
   // Calls join(f, g) for the faces at an edge that bound the same matter.
   template <class Join>
-  void pair(std::span<const Index> edge, Join join) {
+  void pair(Indices edge, Join join) {
     if (!lay(edge)) return;
     open_.clear();
     // Going round twice closes what the beginning cuts.
@@ -56,7 +54,7 @@ class SpokePairing {
  private:
   // The spokes in order; where several lie in one direction, those before which matter lies come first. False where
   // there are not as many of either kind.
-  bool lay(std::span<const Index> edge) {
+  bool lay(Indices edge) {
     const auto [a, b] = std::minmax({origin(faces_, edge[0]), target(faces_, edge[0])});
     const Vec3 along = points_[b] - points_[a];
     const double squared = dot(along, along);
@@ -101,20 +99,20 @@ class SpokePairing {
     return true;
   }
 
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
+  Points points_;
+  Faces faces_;
   std::vector<Spoke> spokes_;
   std::vector<Spoke*> open_;
 };
 
 }  // namespace
 
-Array<Index> find_bodies(std::span<const Vec3> points, std::span<const Face> faces) {
+Array<Index> find_bodies(Points points, Faces faces) {
   FaceSets sets(faces.size());
   SpokePairing edges(points, faces);
   const auto join = [&](Index f, Index g) { sets.join(f, g); };
   const auto count = static_cast<Index>(points.size());
-  EdgeBuckets(faces, count).visit(0, count, [&](std::span<const Index> edge) {
+  EdgeBuckets(faces, count).visit(0, count, [&](Indices edge) {
     if (edge.size() == 2) join(edge[0] / 3, edge[1] / 3);
     if (edge.size() > 2) edges.pair(edge, join);
   });

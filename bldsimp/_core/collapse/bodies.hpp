@@ -1,9 +1,6 @@
 // What of a surface can go as one piece.
 #pragma once
 
-#include <span>
-
-#include "mesh/array.hpp"
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {
@@ -11,6 +8,6 @@ namespace bldsimp {
 // The body of each face: its least face. Faces hang together by edges; where more than two meet, each goes with the
 // one that bounds the same matter, which lies behind faces, so that solids that touch are bodies of their own; where
 // that leaves faces over, none of them hang together there. Nearly linear.
-Array<Index> find_bodies(std::span<const Vec3> points, std::span<const Face> faces);
+Array<Index> find_bodies(Points points, Faces faces);
 
 }  // namespace bldsimp

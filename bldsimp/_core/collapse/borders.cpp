@@ -1,6 +1,5 @@
 #include "collapse/borders.hpp"
 
-#include <algorithm>
 #include <unordered_map>
 
 #include "mesh/edges.hpp"
@@ -18,7 +17,7 @@ struct HashFace {
 
 }  // namespace
 
-DistinctFaces merge_copies(std::span<const Face> faces) {
+DistinctFaces merge_copies(Faces faces) {
   std::unordered_map<Face, Index, HashFace> seen;
   seen.reserve(2 * faces.size());
   DistinctFaces single;
@@ -35,7 +34,7 @@ DistinctFaces merge_copies(std::span<const Face> faces) {
   return single;
 }
 
-std::vector<Labels> pair_labels(const DistinctFaces& single, std::span<const Index> label) {
+std::vector<Labels> pair_labels(const DistinctFaces& single, Indices label) {
   std::vector<Labels> found;
   found.reserve(single.faces.size());
   for (std::size_t f = 0; f < single.faces.size(); ++f)
@@ -44,11 +43,10 @@ std::vector<Labels> pair_labels(const DistinctFaces& single, std::span<const Ind
 }
 
 // Edges at which the surface ends or parts, and edges between labels.
-std::vector<BorderEdge> find_border_edges(std::span<const Face> faces, std::size_t points,
-                                          std::span<const Labels> labels) {
+std::vector<BorderEdge> find_border_edges(Faces faces, std::size_t points, std::span<const Labels> labels) {
   std::vector<BorderEdge> found;
   const auto count = static_cast<Index>(points);
-  EdgeBuckets(faces, count).visit(0, count, [&](std::span<const Index> edge) {
+  EdgeBuckets(faces, count).visit(0, count, [&](Indices edge) {
     if (edge.size() == 2 && labels[edge[0] / 3] == labels[edge[1] / 3]) return;
     const bool open = edge.size() == 1 && labels[edge[0] / 3][1] < 0;
     found.push_back({{origin(faces, edge[0]), target(faces, edge[0])}, open ? 0 : edge.size() == 2 ? 1 : 2, {}});

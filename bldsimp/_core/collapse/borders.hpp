@@ -1,11 +1,6 @@
 // Where a surface ends, or parts into labels.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <span>
-#include <vector>
-
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {
@@ -21,11 +16,11 @@ struct DistinctFaces {
   std::vector<Index> index, copy;  // of the given faces: the one, and the other or -1
 };
 
-DistinctFaces merge_copies(std::span<const Face> faces);
+DistinctFaces merge_copies(Faces faces);
 
 using Labels = IndexPair;  // of a face and of its copy, -1 without
 
-std::vector<Labels> pair_labels(const DistinctFaces& single, std::span<const Index> label);
+std::vector<Labels> pair_labels(const DistinctFaces& single, Indices label);
 
 // Kinds are kept apart: open edges, edges between labels, and the rest (of more than two faces, or where a sheet with
 // two sides ends).
@@ -38,8 +33,7 @@ struct BorderEdge {
 };
 
 // Edges of other than two faces, and edges between labels.
-std::vector<BorderEdge> find_border_edges(std::span<const Face> faces, std::size_t points,
-                                          std::span<const Labels> labels);
+std::vector<BorderEdge> find_border_edges(Faces faces, std::size_t points, std::span<const Labels> labels);
 
 // Edges of one kind as faces without area.
 std::vector<Face> flatten_edges(std::span<const BorderEdge> edges, int kind);

@@ -1,8 +1,5 @@
 #include "collapse/collapse.hpp"
 
-#include <algorithm>
-#include <numeric>
-
 #include "collapse/collapser.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/crossings.hpp"
@@ -38,7 +35,7 @@ struct JoinedBlocks {
 };
 
 template <class T>
-std::vector<T> select(std::span<const T> all, std::span<const Index> chosen) {
+std::vector<T> select(std::span<const T> all, Indices chosen) {
   std::vector<T> some;
   some.reserve(chosen.size());
   for (const Index i : chosen) some.push_back(all[i]);
@@ -55,8 +52,7 @@ Remainder start(const CollapseInput& input) {
   return now;
 }
 
-void divide(std::vector<Index> members, std::span<const Face> faces, std::span<const Vec3> middles,
-            std::vector<SurfaceBlock>& blocks) {
+void divide(std::vector<Index> members, Faces faces, Points middles, std::vector<SurfaceBlock>& blocks) {
   if (members.size() <= kBlock) {
     std::sort(members.begin(), members.end());
     blocks.push_back({std::move(members), {}, {}, {}, false});
@@ -64,10 +60,7 @@ void divide(std::vector<Index> members, std::span<const Face> faces, std::span<c
   }
   Box box;
   for (const Index f : members) box.add(middles[f]);
-  const Vec3 size = box.high - box.low;
-  double Vec3::* axis = &Vec3::x;
-  if (size.y > size.*axis) axis = &Vec3::y;
-  if (size.z > size.*axis) axis = &Vec3::z;
+  double Vec3::* const axis = longest_axis(box);
   const auto half = members.begin() + static_cast<std::ptrdiff_t>(members.size() / 2);
   std::nth_element(members.begin(), half, members.end(),
                    [&](Index f, Index g) { return std::tuple(middles[f].*axis, f) < std::tuple(middles[g].*axis, g); });
@@ -78,10 +71,8 @@ void divide(std::vector<Index> members, std::span<const Face> faces, std::span<c
 std::vector<SurfaceBlock> divide_into_blocks(const Remainder& now) {
   std::vector<Vec3> middles;
   for (const auto& [a, b, c] : now.faces) middles.push_back(now.points[a] + now.points[b] + now.points[c]);
-  std::vector<Index> all(now.faces.size());
-  std::iota(all.begin(), all.end(), 0);
   std::vector<SurfaceBlock> blocks;
-  divide(std::move(all), now.faces, middles, blocks);
+  divide(list_indices(now.faces.size()), now.faces, middles, blocks);
   return blocks;
 }
 
@@ -102,10 +93,9 @@ std::vector<std::uint8_t> find_shared_points(const CollapseInput& input, const R
   if (out.empty()) return shared;
   const FaceTree gone(input.points, select(input.surface, out));
   for (const Face& face : now.faces) {
-    const auto& [a, b, c] = face;
-    const Triangle own{now.points[a], now.points[b], now.points[c]};
+    const Triangle own = corners_of(face, now.points);
     Index nearest = 0;
-    if (gone.within((1.0 / 3) * (own[0] + own[1] + own[2]), input.tolerance + longest_side(own), nearest))
+    if (gone.within(centroid(own), input.tolerance + longest_side(own), nearest))
       for (const Index p : face) shared[p] = 1;
   }
   return shared;
@@ -127,21 +117,18 @@ std::vector<Face> find_faces_beside(const Remainder& now, std::span<const Surfac
   for (const SurfaceBlock& block : blocks) {
     if (&block == &own || !block.box.meets(own.box)) continue;
     for (const Index f : block.members) {
-      Box box;
-      for (const Index p : now.faces[f]) box.add(now.points[p]);
-      if (box.meets(own.box)) beside.push_back(now.faces[f]);
+      if (box_of(corners_of(now.faces[f], now.points)).meets(own.box)) beside.push_back(now.faces[f]);
     }
   }
   return beside;
 }
 
-void collapse_block(const CollapseInput& input, const Remainder& now, std::span<const std::uint8_t> shared,
+void collapse_block(const CollapseInput& input, const Remainder& now, Flags shared,
                     std::span<const SurfaceBlock> blocks, SurfaceBlock& block) {
   auto faces = select<Face>(now.faces, block.members), beside = find_faces_beside(now, blocks, block);
   for (const auto* list : {&faces, &beside})
-    for (const Face& face : *list) block.points.insert(block.points.end(), face.begin(), face.end());
-  std::sort(block.points.begin(), block.points.end());
-  block.points.erase(std::unique(block.points.begin(), block.points.end()), block.points.end());
+    for (const Face& face : *list) append(block.points, face);
+  sort_unique(block.points);
   for (auto* list : {&faces, &beside})
     for (Face& face : *list)
       for (Index& p : face)

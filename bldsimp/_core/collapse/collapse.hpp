@@ -2,9 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <cstdint>
-#include <span>
-#include <vector>
 
 #include "mesh/vec3.hpp"
 
@@ -19,19 +16,19 @@ struct Progress {
 };
 
 struct CollapseInput {
-  std::span<const Vec3> points;
-  std::span<const Face> surface;           // what the tolerance counts from, and lids after it
-  std::span<const Index> label;            // of each face; edges between two labels stay edges between them
-  std::span<const std::uint8_t> pinned;    // faces that stay
-  std::span<const std::uint8_t> left_out;  // faces that are not to be in the result; others must hold them
-  Index lids;                              // the last so many faces close the surface, and are none of it
+  Points points;
+  Faces surface;   // what the tolerance counts from, and lids after it
+  Indices label;   // of each face; edges between two labels stay edges between them
+  Flags pinned;    // faces that stay
+  Flags left_out;  // faces that are not to be in the result; others must hold them
+  Index lids;      // the last so many faces close the surface, and are none of it
   double tolerance;
   int decimals;        // that a moved point is rounded to; below 0 none moves
   bool single;         // whether a moved point is rounded to single precision after that
   Progress* progress;  // or none
 
   // What the tolerance counts from.
-  std::span<const Face> counting() const { return surface.first(surface.size() - static_cast<std::size_t>(lids)); }
+  Faces counting() const { return surface.first(surface.size() - static_cast<std::size_t>(lids)); }
   bool is_lid(Index face) const { return static_cast<std::size_t>(face) >= counting().size(); }
 };
 

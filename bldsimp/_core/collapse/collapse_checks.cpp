@@ -1,6 +1,4 @@
 // Why a collapse or a move is refused.
-#include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "collapse/collapser.hpp"
@@ -24,7 +22,7 @@ Face replace_corner(Face f, Index from, Index to) {
 
 double aspect(const Triangle& t) {
   const double longest = longest_side(t);
-  return longest > 0 ? length(normal(t)) / (longest * longest) : 0;
+  return longest > 0 ? length(area_vector(t)) / (longest * longest) : 0;
 }
 
 // A face at its place, and whether it would be new.
@@ -66,7 +64,7 @@ void Collapser::survey(Index a, Index b, Vec3 stored) {
   now.made.clear();
   now.old = star_[a];
   for (const Index f : star_[a]) {
-    if (b < 0 || !has(faces_[f], b)) {
+    if (b < 0 || !has_corner(faces_[f], b)) {
       now.moving.push_back(f);
       Triangle at = corners(faces_[f]);
       for (int i = 0; i < 3; ++i)
@@ -82,9 +80,8 @@ void Collapser::survey(Index a, Index b, Vec3 stored) {
   now.ring = neighbors(a);
   for (const Index p : now.ring)
     for (const Index f : star_[p])
-      if (!has(faces_[f], a)) now.around.push_back(f);
-  std::sort(now.around.begin(), now.around.end());
-  now.around.erase(std::unique(now.around.begin(), now.around.end()), now.around.end());
+      if (!has_corner(faces_[f], a)) now.around.push_back(f);
+  sort_unique(now.around);
   survey_edges();
 }
 
@@ -110,7 +107,7 @@ bool Collapser::links() const {
   for (const Index p : now.ring) {
     if (p == now.b || is_apex(p)) continue;
     for (const Index f : star_[p])
-      if (has(faces_[f], now.b)) return false;
+      if (has_corner(faces_[f], now.b)) return false;
   }
   for (const NewFace& made : now.made) {
     const Face face = sort_corners(made.face);
@@ -123,7 +120,8 @@ bool Collapser::links() const {
   // An ear goes where its last edge is inside of the surface.
   if (now.dying.size() != 1) return false;
   const Index apex = now.apexes[0];
-  return std::count_if(star_[now.b].begin(), star_[now.b].end(), [&](Index f) { return has(faces_[f], apex); }) == 2;
+  return std::count_if(star_[now.b].begin(), star_[now.b].end(),
+                       [&](Index f) { return has_corner(faces_[f], apex); }) == 2;
 }
 
 std::optional<Refusal> Collapser::shape() const {
@@ -133,19 +131,19 @@ std::optional<Refusal> Collapser::shape() const {
   for (const Index f : now.old) {
     const Triangle at = corners(faces_[f]);
     least = std::min(least, aspect(at));
-    before.push_back({faces_[f], normal(at), true});
+    before.push_back({faces_[f], area_vector(at), true});
   }
   for (const NewFace& made : now.made) {
     const double own = aspect(made.corners);
     if (own < least || own == 0) return Refusal::needle;
     const Triangle at = corners(faces_[made.slot]);
-    const Vec3 n = normal(at), m = normal(made.corners);
+    const Vec3 n = area_vector(at), m = area_vector(made.corners);
     const double size = length(n);
     if (size > limit_ * longest_side(at) && dot(n, m) < kTurned * size * length(m)) return Refusal::fold;
     after.push_back({made.face, m, true});
   }
   for (const Index f : now.around) {
-    before.push_back({faces_[f], normal(corners(faces_[f])), false});
+    before.push_back({faces_[f], area_vector(corners(faces_[f])), false});
     after.push_back(before.back());
   }
   if (has_fold(after) && !has_fold(before)) return Refusal::fold;
@@ -171,8 +169,7 @@ void Collapser::bound() {
 // A few places tell of most faces that are too far, and soon.
 bool Collapser::backward_at_places() {
   for (const NewFace& made : now_.made) {
-    const auto& [a, b, c] = made.corners;
-    if (!tree_->within((1.0 / 3) * (a + b + c), limit_, near_[made.slot])) return false;
+    if (!tree_->within(centroid(made.corners), limit_, near_[made.slot])) return false;
   }
   Index near = now_.made.empty() ? 0 : near_[now_.made[0].slot];
   return std::all_of(now_.ring.begin(), now_.ring.end(), [&](Index p) {

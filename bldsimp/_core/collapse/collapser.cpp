@@ -1,10 +1,7 @@
 #include "collapse/collapser.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <limits>
-#include <numeric>
 
 #include "mesh/parallel.hpp"
 
@@ -53,7 +50,7 @@ Collapser::Collapser(const RemainingSurface& input)
   tree_.emplace(origin_, input.surface, limit_);
   containment_.emplace(origin_, input.surface, tree_->order(), points_, faces_, limit_);
   crossings_.emplace(result_.points, faces_, input.beside);
-  for (const auto& faces : {std::span<const Face>(faces_), input.beside})
+  for (const auto& faces : {Faces(faces_), input.beside})
     for (const Face& f : faces)
       for (const Index p : f) places_.insert(result_.points[p]);
   find_borders();
@@ -128,7 +125,7 @@ void Collapser::add_quadrics() {
   quadric_.resize(points_.size());
   const auto add = [&](Index p, Vec3 n, Vec3 through, double weight) { quadric_[p].add(n, -dot(n, through), weight); };
   for (const Face& f : faces_) {
-    const Vec3 n = normal(corners(f));
+    const Vec3 n = area_vector(corners(f));
     const double twice = length(n);
     if (twice == 0) continue;
     for (const Index p : f) add(p, (1 / twice) * n, points_[f[0]], twice / 6);
@@ -137,8 +134,8 @@ void Collapser::add_quadrics() {
     const auto [a, b] = e.ends;
     const Vec3 along = points_[b] - points_[a];
     for (const Index f : star_[a]) {
-      if (!has(faces_[f], b)) continue;
-      const Vec3 n = cross(along, normal(corners(faces_[f])));
+      if (!has_corner(faces_[f], b)) continue;
+      const Vec3 n = cross(along, area_vector(corners(faces_[f])));
       const double size = length(n);
       if (size == 0) continue;
       for (const Index p : e.ends) add(p, (1 / size) * n, points_[a], dot(along, along) / 2);
@@ -157,8 +154,7 @@ std::vector<Index> Collapser::neighbors(Index a) const {
   for (const Index f : star_[a])
     for (const Index p : faces_[f])
       if (p != a) near.push_back(p);
-  std::sort(near.begin(), near.end());
-  near.erase(std::unique(near.begin(), near.end()), near.end());
+  sort_unique(near);
   return near;
 }
 
@@ -273,11 +269,11 @@ std::optional<Quadric> Collapser::fit(Index a) {
     if (square == 0) continue;
     const Vec3 n = (1 / std::sqrt(square)) * twice;
     containment_->visit(f, [&](const Triangle& piece) {
-      const Vec3 middle = (1.0 / 3) * (piece[0] + piece[1] + piece[2]);
+      const Vec3 middle = centroid(piece);
       // What a share of the point's own way moves the face there.
       const double share = dot(cross(r - q, middle - q), twice) / square;
       if (share < kLeastShare) return;
-      const double off = dot(n, middle - p), weight = share * share * length(normal(piece));
+      const double off = dot(n, middle - p), weight = share * share * length(area_vector(piece));
       sum.add(n, -dot(n, p) - off / share, weight);
       all += weight;
       if (std::abs(off) < kFitting * limit_) fitting += weight;
@@ -290,8 +286,8 @@ std::optional<Quadric> Collapser::fit(Index a) {
     const double square = dot(along, along);
     if (square == 0) continue;
     for (const Index f : star_[a]) {
-      if (!has(faces_[f], edge.ends[0]) || !has(faces_[f], edge.ends[1])) continue;
-      const Vec3 across = cross(along, normal(corners(faces_[f])));
+      if (!has_corner(faces_[f], edge.ends[0]) || !has_corner(faces_[f], edge.ends[1])) continue;
+      const Vec3 across = cross(along, area_vector(corners(faces_[f])));
       const double size = length(across);
       if (size == 0) continue;
       const Vec3 n = (1 / size) * across;
@@ -376,12 +372,12 @@ std::vector<Index> Collapser::holders() const {
 // The distances of some places tell how little there is no need to look at closely. What the standing proof holds to
 // the limit is no farther, however long it would take to tell; nor need more be told of what is no farther than is
 // known of something else. Guesses are faces of the other surface, or none.
-static double farthest(std::span<const Vec3> points, std::span<const Face> faces, const FaceTree& other,
-                       std::span<const Index> guesses, double known, double precision, double limit) {
+static double farthest(Points points, Faces faces, const FaceTree& other, Indices guesses, double known,
+                       double precision, double limit) {
   std::vector<Vec3> some;
   for (std::size_t f = 0; f < faces.size(); f += 1 + faces.size() / kPlaces) {
-    const auto& [a, b, c] = faces[f];
-    some.insert(some.end(), {points[a], (1.0 / 3) * (points[a] + points[b] + points[c])});
+    const Triangle own = corners_of(faces[f], points);
+    some.insert(some.end(), {own[0], centroid(own)});
   }
   const double enough = std::max(known, other.farthest(some, std::numeric_limits<double>::infinity()) + precision);
   std::vector<double> reach(faces.size());
@@ -389,8 +385,7 @@ static double farthest(std::span<const Vec3> points, std::span<const Face> faces
       faces.size(),
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
-          const auto& [a, b, c] = faces[f];
-          const Triangle own{points[a], points[b], points[c]};
+          const Triangle own = corners_of(faces[f], points);
           reach[f] = other.reach(own, enough, precision, guesses.empty() ? 0 : guesses[f]);
           if (reach[f] > limit && other.holds(own, limit)) reach[f] = limit;
         }
@@ -408,12 +403,10 @@ double Collapser::deviation(const CollapseResult& result) const {
   const auto edges = find_border_edges(single.faces, points_.size(), pair_labels(single, label));
   const auto rim = flatten_edges(edges, 0);
   // Each step holds borders to the limit. One beyond it is none: faces with the same corners have come to count as one.
-  const auto held = [&](std::span<const Vec3> points, std::span<const Face> border, const FaceTree& other,
-                        double known) {
+  const auto held = [&](Points points, Faces border, const FaceTree& other, double known) {
     std::vector<Face> near;
-    std::copy_if(border.begin(), border.end(), std::back_inserter(near), [&](const Face& edge) {
-      return other.holds({points[edge[0]], points[edge[1]], points[edge[2]]}, limit_);
-    });
+    std::copy_if(border.begin(), border.end(), std::back_inserter(near),
+                 [&](const Face& edge) { return other.holds(corners_of(edge, points), limit_); });
     return farthest(points, near, other, {}, known, precision, limit_);
   };
   double found = farthest(origin_, input_.surface, FaceTree(points_, faces), result.holder, 0, precision, limit_);

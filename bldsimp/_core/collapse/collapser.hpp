@@ -1,13 +1,10 @@
 // What is left of a surface while its edges collapse, and the standing proof that both are near one another.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <queue>
 #include <set>
-#include <span>
 #include <tuple>
-#include <vector>
 
 #include "collapse/borders.hpp"
 #include "collapse/collapse.hpp"
@@ -20,26 +17,21 @@ namespace bldsimp {
 
 // A surface, and what is left of it so far, over the same points.
 struct RemainingSurface {
-  std::span<const Vec3> points;  // of the surface
-  std::span<const Face> surface;
-  std::span<const Face> bounded;  // over the same points: what has the borders that are kept
-  std::span<const Index> bounded_label;
-  std::span<const Vec3> positions;  // of what is left
-  std::span<const Face> faces;
-  std::span<const Index> label;
-  std::span<const std::uint8_t> pinned;  // faces that stay
-  std::span<const std::uint8_t> shared;  // points that others need as they are, with all that meets there
-  std::span<const Face> beside;          // of others; what is left may not cross them
+  Points points;  // of the surface
+  Faces surface;
+  Faces bounded;  // over the same points: what has the borders that are kept
+  Indices bounded_label;
+  Points positions;  // of what is left
+  Faces faces;
+  Indices label;
+  Flags pinned;  // faces that stay
+  Flags shared;  // points that others need as they are, with all that meets there
+  Faces beside;  // of others; what is left may not cross them
   double tolerance;
   int decimals;
   bool single;
   Progress* progress;
 };
-
-inline bool has(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
-
-// As long as twice the area.
-inline Vec3 normal(const Triangle& t) { return cross(t[1] - t[0], t[2] - t[0]); }
 
 class Collapser {
  public:
@@ -75,7 +67,7 @@ class Collapser {
     Vec3 begin, end;
   };
 
-  Triangle corners(const Face& f) const { return {points_[f[0]], points_[f[1]], points_[f[2]]}; }
+  Triangle corners(const Face& f) const { return corners_of(f, points_); }
   void find_borders();
   bool is_smooth(Index p) const;
   void fix_points();

@@ -1,6 +1,5 @@
 #include "collapse/containment.hpp"
 
-#include <algorithm>
 #include <bit>
 
 #include "mesh/box_tree.hpp"
@@ -13,22 +12,10 @@ namespace {
 constexpr double kThickest = 2;
 constexpr std::size_t kLeastParallel = 4096;
 
-Vec3 normalize(Vec3 v) {
-  const double size = length(v);
-  return size > 0 ? (1 / size) * v : Vec3{0, 0, 0};
-}
-
-// Any unit vector square to a unit vector.
-Vec3 square_to(Vec3 u) {
-  const Vec3 axis = std::abs(u.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  return normalize(cross(u, axis));
-}
-
 }  // namespace
 
-ContainmentProof::ContainmentProof(std::span<const Vec3> points, std::span<const Face> surface,
-                                   std::span<const Index> order, std::span<const Vec3> positions,
-                                   std::span<const Face> slots, double limit)
+ContainmentProof::ContainmentProof(Points points, Faces surface, Indices order, Points positions, Faces slots,
+                                   double limit)
     : limit_(limit), place_(surface.size()), relying_(slots.size()) {
   if (slots.empty() || surface.empty()) return;
   const FaceTree tree(positions, slots);
@@ -36,9 +23,9 @@ ContainmentProof::ContainmentProof(std::span<const Vec3> points, std::span<const
   for (const auto& [a, b, c] : slots) triangle_.emplace_back(positions[a], positions[b], positions[c]);
   pieces_.reserve(2 * surface.size());
   for (const Index face : order) {
-    const auto& [a, b, c] = surface[face];
+    const auto [a, b, c] = corners_of(surface[face], points);
     place_[face] = static_cast<Index>(pieces_.size());
-    pieces_.push_back({{points[a], points[b], points[c], {}}});
+    pieces_.push_back({{a, b, c, {}}});
   }
   std::vector<Face> ordered;
   ordered.reserve(surface.size());
@@ -51,8 +38,7 @@ ContainmentProof::ContainmentProof(std::span<const Vec3> points, std::span<const
 }
 
 // Boxes lie along the longest way through their faces, and square to the faces' mean normal.
-void ContainmentProof::group(Index piece, std::span<const Vec3> points, std::span<const Face> faces, std::size_t begin,
-                             std::size_t end) {
+void ContainmentProof::group(Index piece, Points points, Faces faces, std::size_t begin, std::size_t end) {
   const Vec3 start = points[faces[begin][0]];
   Vec3 normal{0, 0, 0}, far = start;
   for (std::size_t f = begin; f < end; ++f) {
@@ -95,21 +81,19 @@ void ContainmentProof::group(Index piece, std::span<const Vec3> points, std::spa
   group(child + 1, points, faces, half, end);
 }
 
-void ContainmentProof::place_all(std::span<const Face> surface, const FaceTree& tree) {
+void ContainmentProof::place_all(Faces surface, const FaceTree& tree) {
   std::vector<Index> nearest(surface.size());
   parallel_for(
       surface.size(),
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
-          const auto& [a, b, c] = corners(static_cast<Index>(f));
           nearest[f] = f > begin ? nearest[f - 1] : 0;
-          tree.distance((1.0 / 3) * (a + b + c), nearest[f]);
+          tree.distance(centroid(corners(static_cast<Index>(f))), nearest[f]);
         }
       },
       kLeastParallel);
   for (std::size_t f = 0; f < surface.size(); ++f) place(static_cast<Index>(f), tree, nearest[f]);
-  std::sort(unproven_.begin(), unproven_.end());
-  unproven_.erase(std::unique(unproven_.begin(), unproven_.end()), unproven_.end());
+  sort_unique(unproven_);
   for (Index f = 0; f < first_group_; ++f) join(f);
 }
 
@@ -118,13 +102,12 @@ void ContainmentProof::place(Index piece, const FaceTree& tree, Index nearest) {
   const auto [a, b, c] = corners(piece);
   const double most = std::max({tree.to_face(a, nearest), tree.to_face(b, nearest), tree.to_face(c, nearest)});
   if (most > limit_ && longest_side(corners(piece)) >= limit_ * FaceTree::finest &&
-      tree.to_face((1.0 / 3) * (a + b + c), nearest) <= limit_) {
+      tree.to_face(centroid({a, b, c}), nearest) <= limit_) {
     split(piece);
     for (int i = 0; i < 2; ++i) {
       const Index child = pieces_[piece].child + i;
-      const auto [p, q, r] = corners(child);
       Index near = nearest;
-      tree.distance((1.0 / 3) * (p + q + r), near);
+      tree.distance(centroid(corners(child)), near);
       place(child, tree, near);
     }
     return;
@@ -179,17 +162,15 @@ void ContainmentProof::split(Index piece) {
 
 const std::vector<Index>& ContainmentProof::relying(Index slot) {
   auto& own = relying_[slot];
-  std::sort(own.begin(), own.end());
-  own.erase(std::unique(own.begin(), own.end()), own.end());
+  sort_unique(own);
   std::erase_if(own, [&](Index piece) { return pieces_[piece].slot != slot; });
   return own;
 }
 
-void ContainmentProof::gather(std::span<const Index> old) {
+void ContainmentProof::gather(Indices old) {
   gathered_.clear();
   for (const Index slot : old) {
-    const auto& own = relying(slot);
-    gathered_.insert(gathered_.end(), own.begin(), own.end());
+    append(gathered_, relying(slot));
   }
 }
 
@@ -200,7 +181,7 @@ ContainmentProof::Mask ContainmentProof::mask(Vec3 p, std::span<const Holder> ho
   return found;
 }
 
-bool ContainmentProof::finds(std::span<const Index> old, std::span<const Holder> holders) {
+bool ContainmentProof::finds(Indices old, std::span<const Holder> holders) {
   if (holders.empty()) return false;
   holders = holders.first(std::min(holders.size(), most_holders));
   gather(old);
@@ -210,7 +191,7 @@ bool ContainmentProof::finds(std::span<const Index> old, std::span<const Holder>
 }
 
 // One holder for all corners, the last one first: neighbors mostly have the same.
-bool ContainmentProof::held_by_one(std::span<const Vec3> corners, std::span<const Holder> holders) {
+bool ContainmentProof::held_by_one(Points corners, std::span<const Holder> holders) {
   const auto holds = [&](std::size_t i) {
     return std::all_of(corners.begin(), corners.end(),
                        [&](const Vec3& corner) { return holders[i].triangle.within(corner, limit_); });
@@ -258,7 +239,7 @@ bool ContainmentProof::settle(const Triangle& corners, const std::array<Mask, 3>
          settle(halves[1], {middle, masks[(i + 1) % 3], masks[(i + 2) % 3]}, holders);
 }
 
-void ContainmentProof::commit(std::span<const Index> old, std::span<const Holder> holders) {
+void ContainmentProof::commit(Indices old, std::span<const Holder> holders) {
   for (const Index slot : old) relying_[slot].clear();
   for (const Holder& holder : holders) triangle_[holder.slot] = holder.triangle;
   moved_.clear();

@@ -1,11 +1,6 @@
 // The standing proof that a surface lies within a limit of another one that keeps changing.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "mesh/distances.hpp"
 #include "mesh/framed_triangle.hpp"
 
@@ -18,7 +13,7 @@ struct Holder {
 };
 
 // The surface is cut into pieces so small that each lies within the limit of one single face of the other; the
-// distance to one face is greatest at a corner, so few distances prove a piece. Pieces are halve where faces
+// distance to one face is greatest at a corner, so few distances prove a piece. Pieces are halved where faces
 // part them and joined again where one face holds both halves; many near one another that one face holds are
 // proven by the corners of a box around them, so that a proof costs what lies along the edges of the faces and not
 // what lies between. What no face holds from the start is told, and relied on as it is.
@@ -28,14 +23,13 @@ class ContainmentProof {
 
   // The surface is over `points`, and in `order` its faces are mostly beside near ones, as in a tree over them; the
   // faces that hold it are over `positions`.
-  ContainmentProof(std::span<const Vec3> points, std::span<const Face> surface, std::span<const Index> order,
-                   std::span<const Vec3> positions, std::span<const Face> slots, double limit);
+  ContainmentProof(Points points, Faces surface, Indices order, Points positions, Faces slots, double limit);
 
   // Slots that something relies on although it is farther than the limit.
   const std::vector<Index>& unproven() const { return unproven_; }
 
   // Whether all that relies on `old` slots is held by the holders (the first 64 count); remembers how.
-  bool finds(std::span<const Index> old, std::span<const Holder> holders);
+  bool finds(Indices old, std::span<const Holder> holders);
 
   // The slot that holds some of a face of the surface.
   Index slot_of(Index face) const;
@@ -47,11 +41,11 @@ class ContainmentProof {
   }
 
   // Makes what `finds` found last the truth.
-  void commit(std::span<const Index> old, std::span<const Holder> holders);
+  void commit(Indices old, std::span<const Holder> holders);
 
  private:
   using Mask = std::uint64_t;
-  // A face of the surface, a part of one, or a group of faces. Groups and what was halve have children, one after
+  // A face of the surface, a part of one, or a group of faces. Groups and what was halved have children, one after
   // the other from `child` on; whichever the proof rests on has a slot, others have -1.
   struct SurfacePiece {
     std::array<Vec3, 4> shape;  // three corners; of a group the middle of a box and its half axes
@@ -59,10 +53,9 @@ class ContainmentProof {
     Index children = 0;
   };
 
-  void place_all(std::span<const Face> surface, const FaceTree& tree);
+  void place_all(Faces surface, const FaceTree& tree);
   void place(Index piece, const FaceTree& tree, Index nearest);
-  void group(Index piece, std::span<const Vec3> points, std::span<const Face> faces, std::size_t begin,
-             std::size_t end);
+  void group(Index piece, Points points, Faces faces, std::size_t begin, std::size_t end);
   bool is_group(Index piece) const { return first_group_ <= piece && piece < end_of_groups_; }
   Triangle corners(Index piece) const {
     return {pieces_[piece].shape[0], pieces_[piece].shape[1], pieces_[piece].shape[2]};
@@ -75,8 +68,8 @@ class ContainmentProof {
   }
   void split(Index piece);
   const std::vector<Index>& relying(Index slot);
-  void gather(std::span<const Index> old);
-  bool held_by_one(std::span<const Vec3> corners, std::span<const Holder> holders);
+  void gather(Indices old);
+  bool held_by_one(Points corners, std::span<const Holder> holders);
   bool prove(Index piece, std::span<const Holder> holders);
   bool settle(const Triangle& corners, const std::array<Mask, 3>& masks, std::span<const Holder> holders);
   Mask mask(Vec3 p, std::span<const Holder> holders) const;

@@ -1,9 +1,6 @@
 #include "collapse/fans.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <vector>
 
 namespace bldsimp {
 namespace {
@@ -12,7 +9,7 @@ constexpr double kFar = std::numeric_limits<double>::infinity();
 // What is outside by less than this share counts as inside.
 constexpr double kRounding = 1e-9;
 
-// Projected from above: place and height.
+// A point seen from above: place and height.
 struct Projected {
   double x, y, z;
 };
@@ -48,8 +45,7 @@ double bound_fan_distance(Vec3 from, Vec3 to, std::span<const std::array<Vec3, 2
   const double size = length(normal);
   if (size == 0) return kFar;
   const Vec3 z = (1 / size) * normal;
-  const Vec3 axis = std::abs(z.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-  const Vec3 side = cross(z, axis), x = (1 / length(side)) * side, y = cross(z, x);
+  const Vec3 x = square_to(z), y = cross(z, x);
   const auto project = [&](Vec3 p) { return Projected{dot(p - from, x), dot(p - from, y), dot(p - from, z)}; };
   const Projected target = project(to);
   double most = 0;

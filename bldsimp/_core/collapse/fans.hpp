@@ -1,9 +1,6 @@
 // How far apart two fans of faces over the same ring are.
 #pragma once
 
-#include <array>
-#include <span>
-
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {

@@ -1,6 +1,5 @@
 #include "collapse/hole_filling.hpp"
 
-#include <algorithm>
 #include <queue>
 #include <tuple>
 #include <unordered_map>
@@ -26,21 +25,21 @@ struct Ear {
 
 class HoleFiller {
  public:
-  HoleFiller(std::span<const Vec3> points, std::span<const Face> faces, double limit);
+  HoleFiller(Points points, Faces faces, double limit);
   std::vector<std::vector<Index>> loops() const;
-  bool close(std::span<const Index> loop, std::vector<Face>& lid);
+  bool close(Indices loop, std::vector<Face>& lid);
 
  private:
   static std::uint64_t key(Index a, Index b) {
     return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
   }
-  Vec3 normal(const Face& f) const { return cross(points_[f[1]] - points_[f[0]], points_[f[2]] - points_[f[0]]); }
+  Vec3 normal(const Face& f) const { return area_vector(corners_of(f, points_)); }
   bool folds(const Face& face, Index a, Index b) const;
   bool fits(Index middle);
   void push(Index middle);
 
   std::vector<Vec3> points_;  // about a local origin
-  std::span<const Face> faces_;
+  Faces faces_;
   double limit_;
   FaceTree tree_;
   std::vector<Index> open_;                         // open halfedge that starts at each point, -1 none, -2 several
@@ -52,21 +51,13 @@ class HoleFiller {
   std::priority_queue<Ear> ears_;
 };
 
-std::vector<Vec3> move_to_middle(std::span<const Vec3> points) {
-  const Vec3 middle = points.empty() ? Vec3{0, 0, 0} : points[points.size() / 2];
-  std::vector<Vec3> moved;
-  moved.reserve(points.size());
-  for (const Vec3& p : points) moved.push_back(p - middle);
-  return moved;
-}
-
-HoleFiller::HoleFiller(std::span<const Vec3> points, std::span<const Face> faces, double limit)
-    : points_(move_to_middle(points)), faces_(faces), limit_(limit), tree_(points_, faces), open_(points.size(), -1),
+HoleFiller::HoleFiller(Points points, Faces faces, double limit)
+    : points_(about_middle(points)), faces_(faces), limit_(limit), tree_(points_, faces), open_(points.size(), -1),
       next_(points.size(), -1), before_(points.size(), -1), stamp_(points.size(), 0) {
   const auto count = static_cast<Index>(points.size());
   const EdgeBuckets buckets(faces, count);
   std::vector<bool> ends(points.size(), false);
-  buckets.visit(0, count, [&](std::span<const Index> edge) {
+  buckets.visit(0, count, [&](Indices edge) {
     if (edge.size() != 1) return;
     Index& from = open_[origin(faces, edge[0])];
     from = from == -1 ? edge[0] : -2;
@@ -110,10 +101,10 @@ bool HoleFiller::fits(Index middle) {
   const Face face{a, middle, b};
   if (folds(face, a, middle) || folds(face, middle, b)) return false;
   if (left_ == 3 ? folds(face, b, a) : edges_.contains(key(a, b))) return false;
-  return tree_.holds({points_[a], points_[middle], points_[b]}, limit_);
+  return tree_.holds(corners_of(face, points_), limit_);
 }
 
-bool HoleFiller::close(std::span<const Index> loop, std::vector<Face>& lid) {
+bool HoleFiller::close(Indices loop, std::vector<Face>& lid) {
   beside_.clear();
   ears_ = {};
   left_ = loop.size();
@@ -143,16 +134,15 @@ bool HoleFiller::close(std::span<const Index> loop, std::vector<Face>& lid) {
   return false;
 }
 
-bool has_one_label(std::span<const Index> loop, std::span<const Index> label, std::span<const std::uint8_t> pinned) {
+bool has_one_label(Indices loop, Indices label, Flags pinned) {
   return std::all_of(loop.begin(), loop.end(),
                      [&](Index h) { return label[h / 3] == label[loop[0] / 3] && !pinned[h / 3]; });
 }
 
 // Which of the lids' loops stay open, since a face of theirs crosses another one.
-std::vector<bool> find_crossing_loops(std::span<const Vec3> points, std::span<const Face> faces,
-                                      std::span<const Face> lids, std::span<const Index> loop, std::size_t loops) {
+std::vector<bool> find_crossing_loops(Points points, Faces faces, Faces lids, Indices loop, std::size_t loops) {
   std::vector<Face> all(faces.begin(), faces.end());
-  all.insert(all.end(), lids.begin(), lids.end());
+  append(all, lids);
   std::vector<std::uint8_t> wanted(all.size(), 0);
   std::fill(wanted.begin() + static_cast<std::ptrdiff_t>(faces.size()), wanted.end(), 1);
   std::vector<bool> stays(loops, false);
@@ -165,8 +155,7 @@ std::vector<bool> find_crossing_loops(std::span<const Vec3> points, std::span<co
 
 }  // namespace
 
-HoleFilling fill_holes(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> label,
-                       std::span<const std::uint8_t> pinned, double limit) {
+HoleFilling fill_holes(Points points, Faces faces, Indices label, Flags pinned, double limit) {
   HoleFiller closing(points, faces, limit);
   std::vector<Face> made, lid;
   std::vector<Index> loop_of, beside;

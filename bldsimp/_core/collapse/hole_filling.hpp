@@ -1,9 +1,6 @@
 // Faces that close boundary loops.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {
@@ -18,7 +15,6 @@ struct HoleFilling {
 // loop alone, of which every point is within `limit` of the given ones, which do not lie folded on these, cross none
 // and share no edge with them but the loop. Loops that touch one another, or that bound faces of several labels or
 // pinned ones, stay. About O(n log n).
-HoleFilling fill_holes(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> label,
-                       std::span<const std::uint8_t> pinned, double limit);
+HoleFilling fill_holes(Points points, Faces faces, Indices label, Flags pinned, double limit);
 
 }  // namespace bldsimp

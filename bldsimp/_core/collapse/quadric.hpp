@@ -1,9 +1,6 @@
 // Sums of squared distances to weighted planes.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-
 #include "mesh/eigen.hpp"
 #include "mesh/vec3.hpp"
 

@@ -1,9 +1,7 @@
 #include "collapse/redundant_bodies.hpp"
 
-#include <algorithm>
 #include <cstdlib>
 #include <memory>
-#include <numeric>
 #include <tuple>
 
 #include "mesh/box_tree.hpp"
@@ -36,12 +34,11 @@ struct CrowdedEdge {
 
 class RedundantBodyFinder {
  public:
-  RedundantBodyFinder(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> body,
-                      std::span<const std::uint8_t> pinned, double limit);
+  RedundantBodyFinder(Points points, Faces faces, Indices body, Flags pinned, double limit);
   std::vector<std::uint8_t> run();
 
  private:
-  Triangle corners(Index f) const { return {points_[faces_[f][0]], points_[faces_[f][1]], points_[faces_[f][2]]}; }
+  Triangle corners(Index f) const { return corners_of(faces_[f], points_); }
   void count_edges();
   void build_trees();
   std::vector<Index> find_candidates();
@@ -53,7 +50,7 @@ class RedundantBodyFinder {
   std::vector<Index> remove(std::vector<Index> bodies);
 
   std::vector<Vec3> points_;  // about a local origin
-  std::span<const Face> faces_;
+  Faces faces_;
   double limit_;
   std::vector<Index> body_of_;
   std::vector<Body> bodies_;
@@ -61,13 +58,8 @@ class RedundantBodyFinder {
   std::unique_ptr<BoxTree> boxes_;
 };
 
-RedundantBodyFinder::RedundantBodyFinder(std::span<const Vec3> points, std::span<const Face> faces,
-                                         std::span<const Index> body, std::span<const std::uint8_t> pinned,
-                                         double limit)
-    : faces_(faces), limit_(limit), body_of_(faces.size()) {
-  const Vec3 middle = points.empty() ? Vec3{0, 0, 0} : points[points.size() / 2];
-  points_.reserve(points.size());
-  for (const Vec3& p : points) points_.push_back(p - middle);
+RedundantBodyFinder::RedundantBodyFinder(Points points, Faces faces, Indices body, Flags pinned, double limit)
+    : points_(about_middle(points)), faces_(faces), limit_(limit), body_of_(faces.size()) {
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto own = static_cast<Index>(f);
     if (body[f] == own) {
@@ -85,7 +77,7 @@ RedundantBodyFinder::RedundantBodyFinder(std::span<const Vec3> points, std::span
 
 void RedundantBodyFinder::count_edges() {
   const auto count = static_cast<Index>(points_.size());
-  EdgeBuckets(faces_, count).visit(0, count, [&](std::span<const Index> edge) {
+  EdgeBuckets(faces_, count).visit(0, count, [&](Indices edge) {
     if (edge.size() < 3) return;
     const auto index = static_cast<Index>(crowded_.size());
     CrowdedEdge& all = crowded_.emplace_back();
@@ -146,9 +138,8 @@ bool RedundantBodyFinder::holds(Index face, MayHold may_hold, std::vector<Index>
   Index holder = -1, place = 0;
   while (!left.empty()) {
     const auto now = left.back();
-    const auto& [a, b, c] = now;
     left.pop_back();
-    const Vec3 middle = (1.0 / 3) * (a + b + c);
+    const Vec3 middle = centroid(now);
     const double longest = longest_side(now);
     auto found = FaceTree::Coverage::nowhere;
     const auto ask = [&](Index body, Index at) {
@@ -173,8 +164,7 @@ bool RedundantBodyFinder::holds(Index face, MayHold may_hold, std::vector<Index>
     if (found == FaceTree::Coverage::nowhere || longest < limit_ * FaceTree::finest) return false;
     for (const auto& half : halve(now)) left.push_back(half);
   }
-  std::sort(holders.begin(), holders.end());
-  holders.erase(std::unique(holders.begin(), holders.end()), holders.end());
+  sort_unique(holders);
   return true;
 }
 
@@ -182,9 +172,8 @@ bool RedundantBodyFinder::holds(Index face, MayHold may_hold, std::vector<Index>
 bool RedundantBodyFinder::rest_holds(Index b) {
   const Body& body = bodies_[b];
   std::vector<Index> wanted = body.faces, holders;
-  wanted.insert(wanted.end(), body.relying.begin(), body.relying.end());
-  std::sort(wanted.begin(), wanted.end());
-  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  append(wanted, body.relying);
+  sort_unique(wanted);
   std::vector<std::pair<Index, Index>> holding;
   for (const Index f : wanted) {
     if (!holds(f, [&](Index other) { return other != b && !bodies_[other].gone; }, holders)) return false;
@@ -208,11 +197,10 @@ std::vector<Index> RedundantBodyFinder::remove(std::vector<Index> bodies) {
     for (const EdgeShare& own : body.uses) {
       CrowdedEdge& all = crowded_[own.edge];
       all.uses -= own.uses, all.balance -= own.balance;
-      beside.insert(beside.end(), all.bodies.begin(), all.bodies.end());
+      append(beside, all.bodies);
     }
   }
-  std::sort(beside.begin(), beside.end());
-  beside.erase(std::unique(beside.begin(), beside.end()), beside.end());
+  sort_unique(beside);
   return beside;
 }
 
@@ -258,9 +246,7 @@ std::vector<std::uint8_t> RedundantBodyFinder::run() {
 
 }  // namespace
 
-std::vector<std::uint8_t> find_redundant_bodies(std::span<const Vec3> points, std::span<const Face> faces,
-                                                std::span<const Index> body, std::span<const std::uint8_t> pinned,
-                                                double limit) {
+std::vector<std::uint8_t> find_redundant_bodies(Points points, Faces faces, Indices body, Flags pinned, double limit) {
   return RedundantBodyFinder(points, faces, body, pinned, limit).run();
 }
 

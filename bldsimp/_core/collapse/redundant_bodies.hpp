@@ -1,9 +1,6 @@
 // Which bodies of a surface the others make needless.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {
@@ -12,8 +9,6 @@ namespace bldsimp {
 // remains; no edge of what remains is left open or without balance by it. Pinned faces, and the bodies that have some,
 // stay, and so does at least one body. `body` is the least face of each body. About O(n log n); the same result
 // whatever the number of threads.
-std::vector<std::uint8_t> find_redundant_bodies(std::span<const Vec3> points, std::span<const Face> faces,
-                                                std::span<const Index> body, std::span<const std::uint8_t> pinned,
-                                                double limit);
+std::vector<std::uint8_t> find_redundant_bodies(Points points, Faces faces, Indices body, Flags pinned, double limit);
 
 }  // namespace bldsimp

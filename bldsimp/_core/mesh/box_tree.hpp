@@ -1,11 +1,7 @@
 // A tree of boxes over some faces of a mesh.
 #pragma once
 
-#include <algorithm>
 #include <limits>
-#include <span>
-#include <utility>
-#include <vector>
 
 #include "mesh/vec3.hpp"
 
@@ -32,6 +28,19 @@ struct Box {
   }
 };
 
+inline Box box_of(const Triangle& t) {
+  Box box;
+  for (const Vec3& p : t) box.add(p);
+  return box;
+}
+inline double Vec3::* longest_axis(const Box& box) {
+  const Vec3 size = box.high - box.low;
+  double Vec3::* axis = &Vec3::x;
+  if (size.y > size.*axis) axis = &Vec3::y;
+  if (size.z > size.*axis) axis = &Vec3::z;
+  return axis;
+}
+
 // Faces that are near each other: a run of the tree's order, in two halves where there are more than a few.
 struct BoxNode : Box {
   double longest = 0;                    // side of any of the faces
@@ -43,8 +52,7 @@ class BoxTree {
  public:
   static constexpr Index few = 4;
 
-  BoxTree(std::span<const Vec3> points, std::span<const Face> faces, std::vector<Index> members)
-      : order_(std::move(members)) {
+  BoxTree(Points points, Faces faces, std::vector<Index> members) : order_(std::move(members)) {
     if (order_.empty()) return;
     std::vector<Vec3> middles(faces.size());
     for (const Index face : order_) {
@@ -85,8 +93,7 @@ class BoxTree {
 
  private:
   // Three times the middles of faces tell where they are.
-  void build(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Vec3> middle, Index begin,
-             Index end) {
+  void build(Points points, Faces faces, Points middle, Index begin, Index end) {
     const std::size_t node = nodes_.size();
     BoxNode box;
     Box middles;
@@ -101,10 +108,7 @@ class BoxTree {
     box.end = end;
     nodes_.push_back(box);
     if (end - begin <= few) return;
-    const Vec3 size = middles.high - middles.low;
-    double Vec3::* axis = &Vec3::x;
-    if (size.y > size.*axis) axis = &Vec3::y;
-    if (size.z > size.*axis) axis = &Vec3::z;
+    double Vec3::* const axis = longest_axis(middles);
     const Index half = begin + (end - begin) / 2;
     const auto at = [&](Index i) { return order_.begin() + i; };
     std::nth_element(at(begin), at(half), at(end), [&](Index f, Index g) { return middle[f].*axis < middle[g].*axis; });

@@ -1,8 +1,5 @@
 #include "mesh/crossings.hpp"
 
-#include <algorithm>
-#include <numeric>
-
 #include "mesh/parallel.hpp"
 
 namespace bldsimp {
@@ -10,15 +7,7 @@ namespace {
 
 constexpr std::size_t kBlock = 512;
 
-bool has_corner(const Face& f, Index p) { return f[0] == p || f[1] == p || f[2] == p; }
-
 double largest(Vec3 a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
-
-Box box_of(const IndexedTriangle& t) {
-  Box box;
-  for (const Vec3& p : t.at) box.add(p);
-  return box;
-}
 
 // Bounds the rounding error of (x - p) * (d x e), where x - p, d and e may each be off by a rounding and no
 // coordinate of d and e is greater than these; infinite where it could overflow. As in `predicates.hpp`.
@@ -28,10 +17,10 @@ double error(Vec3 way, double d, double e) {
   return permanent < filter::large ? share * permanent + filter::floor4 : std::numeric_limits<double>::infinity();
 }
 
-// Sign of a value that may be off by `bound`; 0 if it cannot be sign_beyond.
+// Sign of a value that may be off by `bound`; 0 if it cannot be told.
 int sign_beyond(double value, double bound) { return value > bound ? 1 : value < -bound ? -1 : 0; }
 
-// A corners_of and its normal, rounded.
+// A triangle and its normal, rounded.
 struct OrientedTriangle : IndexedTriangle {
   explicit OrientedTriangle(const IndexedTriangle& t)
       : IndexedTriangle(t), first(at[1] - at[0]), second(at[2] - at[0]) {
@@ -40,7 +29,7 @@ struct OrientedTriangle : IndexedTriangle {
   Vec3 first, second, normal;
 };
 
-// On which sides of a plane the corners of a corners_of lie, as far as that is known.
+// On which sides of a plane the corners of a triangle lie, as far as that is known.
 struct PlaneSides {
   std::array<int, 3> sign{};
   std::array<bool, 3> known{};
@@ -72,7 +61,7 @@ void find_exact_sides(const IndexedTriangle& plane, const IndexedTriangle& t, Pl
 }
 
 // Whether a plane through a side of f has f on one side and g on the other. It is put up along the rounded normal of
-// f, so that this tells neighbors in one plane apart drop_axis exact arithmetic.
+// f, so that this tells neighbors in one plane apart without exact arithmetic.
 bool plainly_apart(const OrientedTriangle& f, const IndexedTriangle& g) {
   const double high = largest(f.normal);
   for (int i = 0; i < 3; ++i) {
@@ -113,7 +102,7 @@ bool overlap_in_plane(const IndexedTriangle& f, const IndexedTriangle& g) {
   return false;
 }
 
-// What a corners_of cuts out of the line in which its plane meets another: from the corner that is alone on its side of
+// What a triangle cuts out of the line in which its plane meets another: from the corner that is alone on its side of
 // that plane, two sides lead to the ends.
 struct LineSpan {
   LineSpan(const IndexedTriangle& t, const PlaneSides& sides) {
@@ -133,7 +122,7 @@ struct LineSpan {
   int side;
   Vec3 tip;
   End first,
-      last;  // the other corners_of has its own the other way round, since its normal and this one's change places
+      last;  // the other triangle has its own the other way round, since its normal and this one's change places
 };
 
 // Of two triangles that both reach through the other's plane.
@@ -161,21 +150,16 @@ bool crosses(const OrientedTriangle& f, const IndexedTriangle& other) {
   return of_f.none() && of_g.none() && overlap_in_plane(f, g);
 }
 
-IndexedTriangle corners_of(std::span<const Vec3> points, const Face& f) {
-  return {f, {points[f[0]], points[f[1]], points[f[2]]}};
-}
+IndexedTriangle index_triangle(const Face& f, Points points) { return {f, corners_of(f, points)}; }
 
 }  // namespace
 
-std::vector<IndexPair> find_crossings(std::span<const Vec3> points, std::span<const Face> faces,
-                                      std::span<const std::uint8_t> wanted) {
+std::vector<IndexPair> find_crossings(Points points, Faces faces, Flags wanted) {
   if (std::find(wanted.begin(), wanted.end(), 1) == wanted.end()) return {};
-  std::vector<Index> all(faces.size());
-  std::iota(all.begin(), all.end(), 0);
-  const BoxTree tree(points, faces, std::move(all));
+  const BoxTree tree(points, faces, list_indices(faces.size()));
   const auto& order = tree.order();
   std::vector<Box> boxes;
-  for (const Index f : order) boxes.push_back(box_of(corners_of(points, faces[f])));
+  for (const Index f : order) boxes.push_back(box_of(corners_of(faces[f], points)));
   std::vector<std::vector<IndexPair>> found((faces.size() + kBlock - 1) / kBlock);
   parallel_for(
       found.size(),
@@ -183,10 +167,10 @@ std::vector<IndexPair> find_crossings(std::span<const Vec3> points, std::span<co
         const std::size_t last = std::min(end * kBlock, faces.size());
         for (auto i = static_cast<Index>(begin * kBlock); i < static_cast<Index>(last); ++i) {
           if (!wanted[order[i]]) continue;
-          const OrientedTriangle own(corners_of(points, faces[order[i]]));
+          const OrientedTriangle own(index_triangle(faces[order[i]], points));
           tree.visit(boxes[i], [&](Index k) {
             const bool first = k > i || !wanted[order[k]];
-            if (first && boxes[k].meets(boxes[i]) && crosses(own, corners_of(points, faces[order[k]])))
+            if (first && boxes[k].meets(boxes[i]) && crosses(own, index_triangle(faces[order[k]], points)))
               found[i / kBlock].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
             return true;
           });
@@ -194,36 +178,33 @@ std::vector<IndexPair> find_crossings(std::span<const Vec3> points, std::span<co
       },
       1);
   std::vector<IndexPair> pairs;
-  for (const auto& block : found) pairs.insert(pairs.end(), block.begin(), block.end());
+  for (const auto& block : found) append(pairs, block);
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
 
-CrossingTracker::CrossingTracker(std::span<const Vec3> points, std::span<const Face> faces,
-                                 std::span<const Face> beside)
+CrossingTracker::CrossingTracker(Points points, Faces faces, Faces beside)
     : points_(points), slots_(faces.begin(), faces.end()), own_(static_cast<Index>(faces.size())) {
-  slots_.insert(slots_.end(), beside.begin(), beside.end());
+  append(slots_, beside);
   live_ = slots_.size();
   place_.resize(live_);
-  std::vector<Index> all(live_);
-  std::iota(all.begin(), all.end(), 0);
-  plant(std::move(all));
+  plant(list_indices(live_));
 }
 
-IndexedTriangle CrossingTracker::at(Index slot) const { return corners_of(points_, slots_[slot]); }
+IndexedTriangle CrossingTracker::at(Index slot) const { return index_triangle(slots_[slot], points_); }
 
 void CrossingTracker::plant(std::vector<Index> slots) {
   tree_.emplace(points_, slots_, std::move(slots));
   boxes_.clear();
   for (const Index slot : tree_->order()) {
     place_[slot] = static_cast<Index>(boxes_.size());
-    boxes_.push_back(box_of(at(slot)));
+    boxes_.push_back(box_of(at(slot).at));
   }
 }
 
-// Calls leaf(slot, corners_of, box) for what stays and has a box that meets this one, until that is false.
+// Calls leaf(slot, triangle, box) for what stays and has a box that meets this one, until that is false.
 template <class Leaf>
-bool CrossingTracker::visit(const Box& box, std::span<const Index> old, Leaf leaf) const {
+bool CrossingTracker::visit(const Box& box, Indices old, Leaf leaf) const {
   return tree_->visit(box, [&](Index place) {
     if (!boxes_[place].meets(box)) return true;
     const Index slot = tree_->order()[place];
@@ -234,12 +215,11 @@ bool CrossingTracker::visit(const Box& box, std::span<const Index> old, Leaf lea
 // Some slots, and what crosses them.
 class CrossingTracker::EarlierCrossings {
  public:
-  EarlierCrossings(const CrossingTracker& mesh, std::span<const Index> old, std::span<const Index> around)
-      : mesh_(mesh), old_(old) {
+  EarlierCrossings(const CrossingTracker& mesh, Indices old, Indices around) : mesh_(mesh), old_(old) {
     for (const auto& slots : {old, around})
       for (const Index slot : slots) {
         own_.emplace_back(mesh.at(slot));
-        boxes_.push_back(box_of(own_.back()));
+        boxes_.push_back(box_of(own_.back().at));
         all_.add(boxes_.back());
       }
   }
@@ -266,7 +246,7 @@ class CrossingTracker::EarlierCrossings {
     return count;
   }
 
-  // Whether a corners_of crosses the slots, or another one at its corners does.
+  // Whether a triangle crosses the slots, or another one at its corners does.
   bool at(const IndexedTriangle& t, const Box& box) const {
     if (crossed(t, box)) return true;
     for (int i = 0; i < 3; ++i) {
@@ -289,20 +269,19 @@ class CrossingTracker::EarlierCrossings {
   }
 
   const CrossingTracker& mesh_;
-  std::span<const Index> old_;
+  Indices old_;
   std::vector<OrientedTriangle> own_;  // old ones first
   std::vector<Box> boxes_;
   Box all_;
 };
 
-bool CrossingTracker::makes_crossing(std::span<const Index> old, std::span<const Index> around,
-                                     std::span<const Change> fresh) const {
+bool CrossingTracker::makes_crossing(Indices old, Indices around, std::span<const Change> fresh) const {
   std::vector<OrientedTriangle> come;
   std::vector<Box> boxes;
   Box all;
-  for (const auto& [slot, corners_of] : fresh) {
-    come.emplace_back(corners_of);
-    boxes.push_back(box_of(corners_of));
+  for (const auto& [slot, triangle] : fresh) {
+    come.emplace_back(triangle);
+    boxes.push_back(box_of(triangle.at));
     all.add(boxes.back());
   }
   std::optional<EarlierCrossings> before;
@@ -320,11 +299,11 @@ bool CrossingTracker::makes_crossing(std::span<const Index> old, std::span<const
   return !moved_on || (pairs > 0 && pairs > look_back().pairs());
 }
 
-void CrossingTracker::commit(std::span<const Index> old, std::span<const Change> fresh) {
+void CrossingTracker::commit(Indices old, std::span<const Change> fresh) {
   for (const Index slot : old) boxes_[place_[slot]] = {};
-  for (const auto& [slot, corners_of] : fresh) {
-    slots_[slot] = corners_of.face;
-    boxes_[place_[slot]] = box_of(corners_of);
+  for (const auto& [slot, triangle] : fresh) {
+    slots_[slot] = triangle.face;
+    boxes_[place_[slot]] = box_of(triangle.at);
     tree_->grow(place_[slot], boxes_[place_[slot]]);
   }
   live_ -= old.size() - fresh.size();

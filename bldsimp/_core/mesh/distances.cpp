@@ -1,9 +1,7 @@
 #include "mesh/distances.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <limits>
-#include <numeric>
 #include <tuple>
 
 #include "mesh/parallel.hpp"
@@ -28,16 +26,10 @@ struct TrianglePiece {
   bool operator<(const TrianglePiece& o) const { return most < o.most; }
 };
 
-std::vector<Index> all(std::size_t count) {
-  std::vector<Index> members(count);
-  std::iota(members.begin(), members.end(), 0);
-  return members;
-}
-
 }  // namespace
 
-FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces)
-    : tree_(points, faces, all(faces.size())), place_(faces.size()) {
+FaceTree::FaceTree(Points points, Faces faces)
+    : tree_(points, faces, list_indices(faces.size())), place_(faces.size()) {
   triangles_.reserve(faces.size());
   for (const Index face : tree_.order()) {
     const auto& [a, b, c] = faces[face];
@@ -46,7 +38,7 @@ FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces)
   }
 }
 
-FaceTree::FaceTree(std::span<const Vec3> points, std::span<const Face> faces, double limit) : FaceTree(points, faces) {
+FaceTree::FaceTree(Points points, Faces faces, double limit) : FaceTree(points, faces) {
   panels_ = Panels(points, faces, tree_, limit);
 }
 
@@ -84,7 +76,7 @@ bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
 }
 
 // The distance to one face is greatest at a corner, and no point is farther than another and the way there. The
-// farthest piece is halve first, so that what is left is a bound whenever one stops.
+// farthest piece is halved first, so that what is left is a bound whenever one stops.
 double FaceTree::reach(const Triangle& triangle, double enough, double precision, Index guess) const {
   if (triangles_.empty()) return kFar;
   Index nearest = guess;
@@ -95,7 +87,7 @@ double FaceTree::reach(const Triangle& triangle, double enough, double precision
   if (const double most = to_nearest(triangle); most <= enough) return most;
   const auto piece = [&](const Triangle& corners) {
     const auto& [a, b, c] = corners;
-    const Vec3 middle = (1.0 / 3) * (a + b + c);
+    const Vec3 middle = centroid(corners);
     const double at_middle = distance(middle, nearest);
     least = std::max(least, at_middle);
     const double way = std::max({length(a - middle), length(b - middle), length(c - middle)});
@@ -119,7 +111,7 @@ FaceTree::Coverage FaceTree::find_coverage(const Triangle& piece, double longest
     return std::all_of(piece.begin(), piece.end(), [&](const Vec3& p) { return triangles_[i].within(p, limit); });
   };
   if (holds(place)) return Coverage::whole;
-  const Vec3 middle = (1.0 / 3) * (piece[0] + piece[1] + piece[2]);
+  const Vec3 middle = centroid(piece);
   Coverage found = Coverage::nowhere;
   // A face that holds the whole piece is not much shorter than it.
   const double shortest = longest - 2 * limit;
@@ -155,8 +147,7 @@ class FaceTree::HoldCheck {
   bool piece_holds(const Triangle& piece, std::size_t begin) {
     if (holds(piece, guess_)) return true;
     const double longest = longest_side(piece);
-    Box box;
-    for (const Vec3& p : piece) box.add(p);
+    Box box = box_of(piece);
     const Vec3 around{limit_, limit_, limit_};
     box.low = box.low - around;
     box.high = box.high + around;
@@ -218,7 +209,7 @@ bool FaceTree::holds(const Triangle& triangle, double limit) const {
   return !triangles_.empty() && HoldCheck(*this, limit).holds(triangle);
 }
 
-std::vector<double> FaceTree::distances(std::span<const Vec3> queries) const {
+std::vector<double> FaceTree::distances(Points queries) const {
   std::vector<double> found(queries.size(), kFar);
   if (triangles_.empty()) return found;
   parallel_for((queries.size() + kBlock - 1) / kBlock,
@@ -233,7 +224,7 @@ std::vector<double> FaceTree::distances(std::span<const Vec3> queries) const {
   return found;
 }
 
-double FaceTree::farthest(std::span<const Vec3> queries, double limit) const {
+double FaceTree::farthest(Points queries, double limit) const {
   if (triangles_.empty()) return queries.empty() ? 0.0 : kFar;
   std::vector<double> greatest((queries.size() + kBlock - 1) / kBlock, 0.0);
   std::atomic<bool> beyond = false;

@@ -1,10 +1,6 @@
 // How far points lie from a surface of faces: the measure behind every comparison.
 #pragma once
 
-#include <array>
-#include <span>
-#include <vector>
-
 #include "mesh/box_tree.hpp"
 #include "mesh/framed_triangle.hpp"
 #include "mesh/panels.hpp"
@@ -20,22 +16,22 @@ namespace bldsimp {
 // more than a few roundings of the coordinates' differences.
 class FaceTree {
  public:
-  // Parts of a triangle shorter than this share of a limit are not halve again.
+  // Parts of a triangle shorter than this share of a limit are not halved again.
   static constexpr double finest = 1.0 / 64;
 
-  FaceTree(std::span<const Vec3> points, std::span<const Face> faces);
+  FaceTree(Points points, Faces faces);
 
   // One that knows panels that are flat but for a limit, for `holds` to be asked about large triangles at that limit.
-  FaceTree(std::span<const Vec3> points, std::span<const Face> faces, double limit);
+  FaceTree(Points points, Faces faces, double limit);
 
   // The faces, in an order in which near ones mostly are beside each other.
   const std::vector<Index>& order() const { return tree_.order(); }
 
-  std::vector<double> distances(std::span<const Vec3> queries) const;
+  std::vector<double> distances(Points queries) const;
 
   // The greatest distance of the queries. Stops once one lies beyond `limit`: then it is some distance
   // greater than that, which may depend on the number of cores.
-  double farthest(std::span<const Vec3> queries, double limit) const;
+  double farthest(Points queries, double limit) const;
 
   // Of the face that comes nearest, whose index is `nearest`; what it holds before is a first guess.
   double distance(Vec3 query, Index& nearest) const;

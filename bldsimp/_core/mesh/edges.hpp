@@ -1,24 +1,18 @@
 // The edges of a mesh, each with the halfedges on it.
 #pragma once
 
-#include <algorithm>
-#include <numeric>
-#include <span>
-#include <vector>
-
-#include "mesh/array.hpp"
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {
 
-inline Index origin(std::span<const Face> faces, Index h) { return faces[h / 3][h % 3]; }
-inline Index target(std::span<const Face> faces, Index h) { return faces[h / 3][next_halfedge(h) % 3]; }
-inline Index apex(std::span<const Face> faces, Index h) { return faces[h / 3][previous_halfedge(h) % 3]; }
+inline Index origin(Faces faces, Index h) { return faces[h / 3][h % 3]; }
+inline Index target(Faces faces, Index h) { return faces[h / 3][next_halfedge(h) % 3]; }
+inline Index apex(Faces faces, Index h) { return faces[h / 3][previous_halfedge(h) % 3]; }
 
 // The halfedges of a mesh by the lower end of their edge. O(faces).
 class EdgeBuckets {
  public:
-  EdgeBuckets(std::span<const Face> faces, Index point_count) : faces_(faces), end_(point_count + 1, 0) {
+  EdgeBuckets(Faces faces, Index point_count) : faces_(faces), end_(point_count + 1, 0) {
     bucketed_.resize(3 * faces.size());
     const auto for_lower_ends = [&](auto take) {
       Index h = 0;
@@ -48,7 +42,7 @@ class EdgeBuckets {
         const std::uint64_t upper_end = bucket[i] >> 32;
         for (; i < bucket.size() && bucket[i] >> 32 == upper_end; ++i)
           edge.push_back(static_cast<Index>(bucket[i] & 0xffffffff));
-        visit_edge(std::span<const Index>(edge));
+        visit_edge(Indices(edge));
       }
     }
   }
@@ -56,7 +50,7 @@ class EdgeBuckets {
  private:
   Index upper(Index h) const { return std::max(origin(faces_, h), target(faces_, h)); }
 
-  std::span<const Face> faces_;
+  Faces faces_;
   Array<Index> end_, bucketed_;
 };
 

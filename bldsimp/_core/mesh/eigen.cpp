@@ -1,8 +1,5 @@
 #include "mesh/eigen.hpp"
 
-#include <cmath>
-#include <utility>
-
 namespace bldsimp {
 
 // Cyclic Jacobi rotations: a handful of sweeps brings a 3 x 3 matrix to rounding.

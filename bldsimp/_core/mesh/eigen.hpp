@@ -1,8 +1,6 @@
 // Eigenvectors of symmetric 3 x 3 matrices, without any library, so that every machine gets the same bits.
 #pragma once
 
-#include <array>
-
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {

@@ -1,13 +1,6 @@
 // Sets of faces, joined across edges.
 #pragma once
 
-#include <array>
-#include <mutex>
-#include <numeric>
-#include <span>
-#include <vector>
-
-#include "mesh/array.hpp"
 #include "mesh/parallel.hpp"
 #include "mesh/vec3.hpp"
 
@@ -40,7 +33,7 @@ class FaceSets {
 // Calls visit(lower, higher) for the pairs of twins whose lower halfedge is in first .. last - 1. Lower ones
 // are picked out in advance: as a branch between visits this would be guessed wrong every other time.
 template <class Visit>
-void for_twins(std::span<const Index> twin, std::size_t first, std::size_t last, Visit visit) {
+void for_twins(Indices twin, std::size_t first, std::size_t last, Visit visit) {
   std::array<Index, 512> lower;
   while (first < last) {
     const std::size_t end = std::min(last, first + lower.size());
@@ -56,22 +49,23 @@ void for_twins(std::span<const Index> twin, std::size_t first, std::size_t last,
 // The least face of the set of each face, where faces are joined across the twins that `joins(h, twin)` asks
 // for. Each thread joins its own range of faces; what crosses ranges comes last. O(halfedges), nearly.
 template <class Joins>
-Array<Index> join_across(std::span<const Index> twin, Joins joins) {
+Array<Index> join_across(Indices twin, Joins joins) {
   FaceSets sets(twin.size() / 3);
   std::vector<IndexPair> crossing;
-  std::mutex adding;
-  parallel_for(twin.size() / 3, [&](std::size_t first, std::size_t last) {
-    std::vector<IndexPair> own;
-    for_twins(twin, 3 * first, 3 * last, [&](Index h, Index t) {
-      if (!joins(h, t)) return;
-      if (t / 3 < static_cast<Index>(last))
-        sets.join(h / 3, t / 3);
-      else
-        own.push_back({h / 3, t / 3});
-    });
-    const std::scoped_lock lock(adding);
-    crossing.insert(crossing.end(), own.begin(), own.end());
-  });
+  parallel_collect(
+      twin.size() / 3,
+      [&](std::size_t first, std::size_t last) {
+        std::vector<IndexPair> own;
+        for_twins(twin, 3 * first, 3 * last, [&](Index h, Index t) {
+          if (!joins(h, t)) return;
+          if (t / 3 < static_cast<Index>(last))
+            sets.join(h / 3, t / 3);
+          else
+            own.push_back({h / 3, t / 3});
+        });
+        return own;
+      },
+      [&](const std::vector<IndexPair>& own) { append(crossing, own); });
   for (const auto& [f, g] : crossing) sets.join(f, g);
   return std::move(sets).roots();
 }

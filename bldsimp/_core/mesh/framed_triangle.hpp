@@ -1,8 +1,6 @@
 // A triangle in a frame of its own, made for exact distances to it.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <limits>
 #include <tuple>
 

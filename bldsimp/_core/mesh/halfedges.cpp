@@ -1,9 +1,6 @@
 #include "mesh/halfedges.hpp"
 
-#include <algorithm>
 #include <iterator>
-#include <map>
-#include <mutex>
 
 #include "mesh/edges.hpp"
 #include "mesh/face_sets.hpp"
@@ -17,17 +14,12 @@ namespace {
 constexpr std::size_t crowd = 64;
 
 struct Pairing {
-  std::span<const Vec3> points;
-  std::span<const Face> faces;
+  Points points;
+  Faces faces;
   const CornerRows& rows_of;
   double width;
 
   Index start(Index h) const { return origin(faces, h); }
-
-  IndexPair rows(Index h) const {
-    const Index a = rows_of.class_at(h / 3, start(h)), b = rows_of.class_at(h / 3, target(faces, h));
-    return {std::min(a, b), std::max(a, b)};
-  }
 
   // The faces lie in one plane, on both sides of the edge, and face the same way.
   bool coplanar(Index h, Index g) const {
@@ -41,21 +33,16 @@ struct Pairing {
   }
 
   // Pairs the two halfedges of an edge that alone join the same two rows, one each way.
-  void pair_by_rows(std::span<const Index> group, Array<Index>& twin) const {
-    std::vector<Index> by_rows(group.begin(), group.end());
-    std::stable_sort(by_rows.begin(), by_rows.end(), [&](Index h, Index g) { return rows(h) < rows(g); });
-    for (auto from = by_rows.begin(); from != by_rows.end();) {
-      const auto to = std::find_if(from, by_rows.end(), [&](Index h) { return rows(h) != rows(*from); });
-      if (to - from == 2 && start(from[0]) != start(from[1])) {
-        twin[from[0]] = from[1];
-        twin[from[1]] = from[0];
-      }
-      from = to;
-    }
+  void pair_by_rows(Indices group, Array<Index>& twin) const {
+    for_row_mates(group, faces, rows_of, [&](Index h, Index g) {
+      if (start(h) == start(g)) return;
+      twin[h] = g;
+      twin[g] = h;
+    });
   }
 
   // Pairs what lies in one plane: each of the two is the other's only match.
-  void pair_by_plane(std::span<const Index> edge, Array<Index>& twin) const {
+  void pair_by_plane(Indices edge, Array<Index>& twin) const {
     std::vector<Index> group;
     std::copy_if(edge.begin(), edge.end(), std::back_inserter(group), [&](Index h) { return twin[h] < 0; });
     if (group.size() > crowd) return;
@@ -77,7 +64,7 @@ struct Pairing {
   }
 
   // Pairs the halfedges of one edge, and counts and notes it in `own`.
-  void pair(std::span<const Index> edge, Array<Index>& twin, Halfedges& own) const {
+  void pair(Indices edge, Array<Index>& twin, Halfedges& own) const {
     own.open_edges += edge.size() == 1;
     own.nonmanifold_edges += edge.size() > 2;
     if (edge.size() == 1) return;
@@ -88,51 +75,50 @@ struct Pairing {
     }
     pair_by_rows(edge, twin);
     pair_by_plane(edge, twin);
-    own.group_members.insert(own.group_members.end(), edge.begin(), edge.end());
+    append(own.group_members, edge);
     own.group_start.push_back(static_cast<Index>(own.group_members.size()));
   }
 };
 
 }  // namespace
 
-Halfedges pair_halfedges(std::span<const Vec3> points, std::span<const Face> faces, const CornerRows& rows,
-                         double width) {
+Halfedges pair_halfedges(Points points, Faces faces, const CornerRows& rows, double width) {
   const Pairing pairing{points, faces, rows, width};
   Halfedges result;
   result.twin.assign(3 * faces.size(), -1);
   const EdgeBuckets buckets(faces, static_cast<Index>(points.size()));
   // Each thread has the edges of its own points; what they find is put together in the points' order.
-  std::map<std::size_t, Halfedges> found;
-  std::mutex finding;
-  parallel_for(points.size(), [&](std::size_t first, std::size_t last) {
-    Halfedges own;
-    buckets.visit(static_cast<Index>(first), static_cast<Index>(last),
-                  [&](std::span<const Index> edge) { pairing.pair(edge, result.twin, own); });
-    const std::scoped_lock lock(finding);
-    found[first] = std::move(own);
-  });
-  for (const auto& [first, own] : found) {
-    const Index before = result.group_start.back();
-    for (std::size_t g = 1; g < own.group_start.size(); ++g) result.group_start.push_back(before + own.group_start[g]);
-    result.group_members.insert(result.group_members.end(), own.group_members.begin(), own.group_members.end());
-    result.open_edges += own.open_edges;
-    result.nonmanifold_edges += own.nonmanifold_edges;
-  }
+  parallel_collect(
+      points.size(),
+      [&](std::size_t first, std::size_t last) {
+        Halfedges own;
+        buckets.visit(static_cast<Index>(first), static_cast<Index>(last),
+                      [&](Indices edge) { pairing.pair(edge, result.twin, own); });
+        return own;
+      },
+      [&](const Halfedges& own) {
+        const Index before = result.group_start.back();
+        for (std::size_t g = 1; g < own.group_start.size(); ++g)
+          result.group_start.push_back(before + own.group_start[g]);
+        append(result.group_members, own.group_members);
+        result.open_edges += own.open_edges;
+        result.nonmanifold_edges += own.nonmanifold_edges;
+      });
   return result;
 }
 
-IndexPair count_edges(std::span<const Face> faces, Index point_count) {
+IndexPair count_edges(Faces faces, Index point_count) {
   IndexPair counts{0, 0};
-  EdgeBuckets(faces, point_count).visit(0, point_count, [&](std::span<const Index> edge) {
+  EdgeBuckets(faces, point_count).visit(0, point_count, [&](Indices edge) {
     counts[0] += edge.size() == 1;
     counts[1] += edge.size() > 2;
   });
   return counts;
 }
 
-Array<Index> find_components(std::span<const Face> faces, Index point_count) {
+Array<Index> find_components(Faces faces, Index point_count) {
   FaceSets sets(faces.size());
-  EdgeBuckets(faces, point_count).visit(0, point_count, [&](std::span<const Index> edge) {
+  EdgeBuckets(faces, point_count).visit(0, point_count, [&](Indices edge) {
     for (const Index h : edge) sets.join(edge[0] / 3, h / 3);
   });
   return std::move(sets).roots();

@@ -28,7 +28,7 @@ int crosses_above(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
 class Windings {
  public:
   // Twins run opposite ways already: they are joined as they are.
-  explicit Windings(std::span<const Index> twin)
+  explicit Windings(Indices twin)
       : parent_(join_across(twin, [](Index, Index) { return true; })), odd_(parent_.size(), 0) {}
   std::pair<Index, bool> find(Index f) {
     bool odd = false;
@@ -58,10 +58,22 @@ class Windings {
   Array<std::uint8_t> odd_;
 };
 
+// Calls visit(component) for those whose numbers do not add up to 0.
+template <class Visit>
+void for_unbalanced(std::vector<std::pair<Index, int>>& numbers, Visit visit) {
+  std::sort(numbers.begin(), numbers.end());
+  for_runs(
+      numbers, [](const auto& a, const auto& b) { return a.first == b.first; },
+      [&](auto own) {
+        int sum = 0;
+        for (const auto& [component, number] : own) sum += number;
+        if (sum != 0) visit(own[0].first);
+      });
+}
+
 class Orienter {
  public:
-  Orienter(std::span<const Vec3> points, std::span<const Face> faces, const Halfedges& halfedges,
-           const CornerRows& rows, std::span<const std::uint8_t> fixed)
+  Orienter(Points points, Faces faces, const Halfedges& halfedges, const CornerRows& rows, Flags fixed)
       : points_(points), faces_(faces), halfedges_(halfedges), rows_(rows), windings_(halfedges.twin), fixed_(fixed),
         component_(faces.size()), turned_(faces.size(), 0) {}
 
@@ -79,7 +91,7 @@ class Orienter {
  private:
   Index count() const { return static_cast<Index>(faces_.size()); }
   Vec3 corner(Index f, int i) const { return points_[faces_[f][i]]; }
-  Vec3 area_vector(Index f) const { return cross(corner(f, 1) - corner(f, 0), corner(f, 2) - corner(f, 0)); }
+  Vec3 area_vector(Index f) const { return bldsimp::area_vector(corners_of(faces_[f], points_)); }
   bool runs_forward(Index h) const { return (origin(faces_, h) < target(faces_, h)) != (turned_[h / 3] != 0); }
 
   void join_components() {
@@ -87,11 +99,11 @@ class Orienter {
     const auto join = [&](Index h, Index g) {
       if (!windings_.join(h / 3, g / 3, runs_forward(h) == runs_forward(g))) torn.push_back(h / 3);
     };
-    halfedges_.for_groups([&](std::span<const Index> edge) {
+    halfedges_.for_groups([&](Indices edge) {
       if (edge.size() == 2)
         join(edge[0], edge[1]);
       else
-        for_row_mates(edge, join);
+        for_row_mates(edge, faces_, rows_, join);
     });
     for (Index f = 0; f < count(); ++f) {
       const auto [root, odd] = windings_.find(f);
@@ -109,24 +121,6 @@ class Orienter {
     for (const Index f : torn) may_turn_[component_[f]] = 0;
   }
 
-  // Calls visit for the pairs of an edge's halfedges that alone join the same two rows of the file.
-  template <class Visit>
-  void for_row_mates(std::span<const Index> edge, Visit visit) const {
-    std::vector<std::array<Index, 3>> by_rows;
-    for (const Index h : edge) {
-      const auto [low, high] =
-          std::minmax({rows_.class_at(h / 3, origin(faces_, h)), rows_.class_at(h / 3, target(faces_, h))});
-      by_rows.push_back({low, high, h});
-    }
-    std::sort(by_rows.begin(), by_rows.end());
-    for (auto from = by_rows.begin(); from != by_rows.end();) {
-      const auto other = [&](const auto& entry) { return entry[0] != (*from)[0] || entry[1] != (*from)[1]; };
-      const auto to = std::find_if(from, by_rows.end(), other);
-      if (to - from == 2) visit(from[0][2], from[1][2]);
-      from = to;
-    }
-  }
-
   void turn_against_larger_area() {
     const bool any = std::any_of(turned_.begin(), turned_.end(), [](std::uint8_t t) { return t != 0; });
     if (!any) return;
@@ -140,19 +134,13 @@ class Orienter {
   void find_open_components() {
     Array<std::uint8_t> grouped(halfedges_.twin.size(), 0);
     std::vector<std::pair<Index, int>> balance;
-    halfedges_.for_groups([&](std::span<const Index> edge) {
+    halfedges_.for_groups([&](Indices edge) {
       balance.clear();
       for (const Index h : edge) {
         grouped[h] = 1;
         balance.push_back({component_[h / 3], runs_forward(h) ? 1 : -1});
       }
-      std::sort(balance.begin(), balance.end());
-      for (std::size_t i = 0; i < balance.size();) {
-        const Index c = balance[i].first;
-        int sum = 0;
-        for (; i < balance.size() && balance[i].first == c; ++i) sum += balance[i].second;
-        if (sum != 0) closed_[c] = 0;
-      }
+      for_unbalanced(balance, [&](Index c) { closed_[c] = 0; });
     });
     for (Index h = 0; h < 3 * count(); ++h)
       if (halfedges_.twin[h] < 0 && !grouped[h]) closed_[component_[h / 3]] = 0;
@@ -190,7 +178,7 @@ class Orienter {
   // faces leaves more often than it enters, or less often.
   int lies_within(Index c, const BoxTree& closed_faces) const {
     const Index first = first_face_[c];
-    const Vec3 p = (1.0 / 3) * (corner(first, 0) + corner(first, 1) + corner(first, 2));
+    const Vec3 p = centroid(corners_of(faces_[first], points_));
     std::vector<std::pair<Index, int>> crossings;
     const auto above = [&](const Box& box) {
       return box.low.x <= p.x && p.x <= box.high.x && box.low.y <= p.y && p.y <= box.high.y && p.z <= box.high.z;
@@ -201,23 +189,17 @@ class Orienter {
       const int way = crosses_above(p, corner(f, 0), corner(f, 1), corner(f, 2));
       if (way != 0) crossings.push_back({component_[f], turned_[f] ? -way : way});
     });
-    std::sort(crossings.begin(), crossings.end());
     int enclosing = 0;
-    for (std::size_t i = 0; i < crossings.size();) {
-      const Index component = crossings[i].first;
-      int sum = 0;
-      for (; i < crossings.size() && crossings[i].first == component; ++i) sum += crossings[i].second;
-      enclosing += sum != 0;
-    }
+    for_unbalanced(crossings, [&](Index) { ++enclosing; });
     return enclosing;
   }
 
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
+  Points points_;
+  Faces faces_;
   const Halfedges& halfedges_;
   const CornerRows& rows_;
   Windings windings_;
-  std::span<const std::uint8_t> fixed_;
+  Flags fixed_;
   Array<Index> component_;  // per face; numbered by their first faces
   Array<std::uint8_t> turned_;
   std::vector<Index> first_face_;  // per component, and so the next two
@@ -226,9 +208,8 @@ class Orienter {
 
 }  // namespace
 
-std::vector<Index> find_misoriented(std::span<const Vec3> points, std::span<const Face> faces,
-                                    const Halfedges& halfedges, const CornerRows& rows,
-                                    std::span<const std::uint8_t> fixed) {
+std::vector<Index> find_misoriented(Points points, Faces faces, const Halfedges& halfedges, const CornerRows& rows,
+                                    Flags fixed) {
   return Orienter(points, faces, halfedges, rows, fixed).find();
 }
 

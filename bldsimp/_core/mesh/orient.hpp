@@ -1,9 +1,6 @@
 // Orient: which faces must be turned so that neighbors agree and closed components face outwards.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "mesh/halfedges.hpp"
 #include "mesh/vec3.hpp"
 
@@ -15,8 +12,7 @@ namespace bldsimp {
 // volume is turned as a whole, unless it lies within an odd number of others (a cavity). Components with a
 // `fixed` face, and those that cannot be oriented, stay as they are.
 // Returns the faces to turn, sorted. Nearly linear, plus the faces above a point for each inside-out component.
-std::vector<Index> find_misoriented(std::span<const Vec3> points, std::span<const Face> faces,
-                                    const Halfedges& halfedges, const CornerRows& rows,
-                                    std::span<const std::uint8_t> fixed);
+std::vector<Index> find_misoriented(Points points, Faces faces, const Halfedges& halfedges, const CornerRows& rows,
+                                    Flags fixed);
 
 }  // namespace bldsimp

@@ -1,7 +1,5 @@
 #include "mesh/panels.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "mesh/parallel.hpp"
@@ -24,7 +22,7 @@ using Place = Vec3;  // as the panel's own axes have it
 
 class PanelFinder {
  public:
-  PanelFinder(std::span<const Vec3> points, std::span<const Face> faces, const BoxTree& tree, double limit)
+  PanelFinder(Points points, Faces faces, const BoxTree& tree, double limit)
       : points_(points), faces_(faces), tree_(tree), limit_(limit) {}
 
   std::optional<Panel> find(const BoxNode& node) {
@@ -55,9 +53,7 @@ class PanelFinder {
     if (!(size > kFlat * area)) return false;
     panel_.z = (1 / size) * sum;
     panel_.middle = 0.5 * (node.low + node.high);
-    const Vec3 axis = std::abs(panel_.z.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
-    const Vec3 side = cross(panel_.z, axis);
-    panel_.x = (1 / length(side)) * side;
+    panel_.x = square_to(panel_.z);
     panel_.y = cross(panel_.z, panel_.x);
     Box box;
     for (Index i = node.begin; i < node.end; ++i)
@@ -116,8 +112,8 @@ class PanelFinder {
     return std::abs(at) <= std::abs(nx) * w + std::abs(ny) * d;
   }
 
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
+  Points points_;
+  Faces faces_;
   const BoxTree& tree_;
   double limit_;
   Panel panel_;
@@ -135,7 +131,7 @@ bool Panel::holds(const Triangle& triangle, double limit) const {
   });
 }
 
-Panels::Panels(std::span<const Vec3> points, std::span<const Face> faces, const BoxTree& tree, double limit) {
+Panels::Panels(Points points, Faces faces, const BoxTree& tree, double limit) {
   const auto& nodes = tree.nodes();
   std::vector<Index> wanted;
   for (std::size_t n = 0; n < nodes.size(); ++n) {

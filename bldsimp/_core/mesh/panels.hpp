@@ -1,10 +1,6 @@
 // Parts of a surface that are flat enough to be told by a rectangle.
 #pragma once
 
-#include <array>
-#include <span>
-#include <vector>
-
 #include "mesh/box_tree.hpp"
 #include "mesh/vec3.hpp"
 
@@ -25,7 +21,7 @@ struct Panel {
 class Panels {
  public:
   Panels() = default;
-  Panels(std::span<const Vec3> points, std::span<const Face> faces, const BoxTree& tree, double limit);
+  Panels(Points points, Faces faces, const BoxTree& tree, double limit);
 
   // The panel of a node, or nothing.
   const Panel* at(Index node) const { return place_.empty() || place_[node] < 0 ? nullptr : &panels_[place_[node]]; }

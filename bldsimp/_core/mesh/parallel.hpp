@@ -9,7 +9,10 @@
 #include <atomic>
 #include <cstddef>
 #include <limits>
+#include <map>
+#include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace bldsimp {
@@ -38,6 +41,22 @@ void parallel_for(std::size_t count, Run run, std::size_t least_work = least_par
   for (std::size_t i = 1; i < threads; ++i)
     others.emplace_back([=, &run] { run(count * i / threads, count * (i + 1) / threads); });
   run(0, count / threads);
+}
+
+// Calls make(begin, end) on such ranges, and take(what it made) in their order.
+template <class Make, class Take>
+void parallel_collect(std::size_t count, Make make, Take take, std::size_t least_work = least_parallel_work) {
+  std::map<std::size_t, decltype(make(count, count))> made;
+  std::mutex making;
+  parallel_for(
+      count,
+      [&](std::size_t begin, std::size_t end) {
+        auto own = make(begin, end);
+        const std::scoped_lock lock(making);
+        made.emplace(begin, std::move(own));
+      },
+      least_work);
+  for (auto& [begin, own] : made) take(own);
 }
 
 }  // namespace bldsimp

@@ -2,8 +2,6 @@
 // same bits.
 #pragma once
 
-#include <array>
-
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {

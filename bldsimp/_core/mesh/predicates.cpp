@@ -1,6 +1,5 @@
 #include "mesh/predicates.hpp"
 
-#include <algorithm>
 #include <initializer_list>
 
 #include "mesh/bigint.hpp"

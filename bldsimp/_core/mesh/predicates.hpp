@@ -9,12 +9,9 @@
 // Predicates", 1997, whose error bounds the filters use.
 #pragma once
 
-#include <cmath>
-#include <cstdint>
+#include "mesh/array.hpp"
 
 namespace bldsimp {
-
-using Index = std::int32_t;
 
 struct Point2 {
   double x, y;

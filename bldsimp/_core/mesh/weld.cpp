@@ -1,10 +1,7 @@
 #include "mesh/weld.hpp"
 
-#include <algorithm>
 #include <bit>
-#include <numeric>
 #include <unordered_map>
-#include <utility>
 
 #include "mesh/corner_rows.hpp"
 #include "mesh/parallel.hpp"
@@ -31,10 +28,10 @@ std::uint64_t hash(Vec3 p) {
   return mix(mix(mix(bits(p.x)) + bits(p.y)) + bits(p.z));
 }
 
-// Fills `first_row` with the first used row at the position of each used row. CornerRows are hashed in blocks, so
+// Fills `first_row` with the first used row at the position of each used row. Rows are hashed in blocks, so
 // that the slots of a block are on their way from memory together. Each half of the table, which alone could
 // hold all rows, is filled by itself.
-void find_first_rows(std::span<const Vec3> rows, std::span<const Face> faces, Array<Index>& first_row) {
+void find_first_rows(Points rows, Faces faces, Array<Index>& first_row) {
   first_row.assign(rows.size(), -1);
   const Array<std::uint8_t> used = mark_used(faces, rows.size());
   const std::size_t half = std::bit_ceil(std::max<std::size_t>(16, rows.size())), mask = half - 1;
@@ -64,7 +61,7 @@ void find_first_rows(std::span<const Vec3> rows, std::span<const Face> faces, Ar
 }
 
 // Lets each point take the later points within `distance`; returns the point that each one becomes.
-std::vector<Index> merge_near(std::span<const Vec3> points, double distance) {
+std::vector<Index> merge_near(Points points, double distance) {
   using Cell = std::array<std::int64_t, 3>;
   const auto hash_cell = [](const Cell& c) {
     return static_cast<std::size_t>(mix(mix(mix(static_cast<std::uint64_t>(c[0])) + static_cast<std::uint64_t>(c[1])) +
@@ -115,7 +112,7 @@ std::uint64_t rising_bits(double x) {
 
 // The first rows of all positions, in lexicographic order of these: by 32 bits of x in two counting passes,
 // then by all coordinates where those are equal. Four times as fast as comparing all the way.
-Array<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> first_row) {
+Array<Index> sort_positions(Points rows, Indices first_row) {
   struct Entry {
     std::uint32_t x;
     Index row;
@@ -143,11 +140,12 @@ Array<Index> sort_positions(std::span<const Vec3> rows, std::span<const Index> f
     for (const Entry& e : entries) sorted[place[e.x >> digit & 0xffff]++] = e;
     entries.swap(sorted);
   }
-  for (auto from = entries.begin(); from != entries.end();) {
-    const auto to = std::find_if(from, entries.end(), [&](const Entry& e) { return e.x != from->x; });
-    std::sort(from, to, [&](const Entry& a, const Entry& b) { return lexicographic_less(rows[a.row], rows[b.row]); });
-    from = to;
-  }
+  for_runs(
+      entries, [](const Entry& a, const Entry& b) { return a.x == b.x; },
+      [&](std::span<Entry> same) {
+        std::sort(same.begin(), same.end(),
+                  [&](const Entry& a, const Entry& b) { return lexicographic_less(rows[a.row], rows[b.row]); });
+      });
   Array<Index> order(count);
   std::transform(entries.begin(), entries.end(), order.begin(), [](const Entry& e) { return e.row; });
   return order;
@@ -180,8 +178,7 @@ struct SortedFace {
 
 // Calls take(least point, sorted face) for each face in first .. last - 1 that keeps three distinct points.
 template <class Take>
-void for_sorted_faces(std::span<const Face> input, std::span<const Index> point_of_row, std::size_t first,
-                      std::size_t last, Take take) {
+void for_sorted_faces(Faces input, Indices point_of_row, std::size_t first, std::size_t last, Take take) {
   for (std::size_t f = first; f < last; ++f) {
     const Index a = point_of_row[input[f][0]], b = point_of_row[input[f][1]], c = point_of_row[input[f][2]];
     if (a == b || b == c || c == a) continue;
@@ -192,8 +189,7 @@ void for_sorted_faces(std::span<const Face> input, std::span<const Index> point_
 
 // Faces by points near their least one: blocks of the file are dealt out to buckets, then each bucket is
 // sorted, on all cores, and since every face has a place of its own in the order, to the same end.
-Array<SortedFace> sort_faces(std::span<const Face> input, std::span<const Index> point_of_row,
-                             std::size_t point_count) {
+Array<SortedFace> sort_faces(Faces input, Indices point_of_row, std::size_t point_count) {
   constexpr std::size_t block = 1 << 17;
   constexpr int most_buckets = 14;  // as a power of 2: their ends stay in the cache
   const std::size_t blocks = (input.size() + block - 1) / block;
@@ -226,7 +222,7 @@ Array<SortedFace> sort_faces(std::span<const Face> input, std::span<const Index>
   return sorted;
 }
 
-// CornerRows that copies of a face have for the same corner stand for one another: which of the copies stays must not
+// Rows that copies of a face have for the same corner stand for one another: which of the copies stays must not
 // decide which faces share a row. Leads each row of `first` and `second` to the least row of its class.
 void unite(const Face& first, const Face& second, Array<Index>& class_of_row) {
   const auto find = [&](Index row) {
@@ -240,14 +236,14 @@ void unite(const Face& first, const Face& second, Array<Index>& class_of_row) {
 }
 
 // The input rows of a face's corners.
-Face rows_at(const Face& face, const Face& input, std::span<const Index> point_of_row) {
+Face rows_at(const Face& face, const Face& input, Indices point_of_row) {
   Face rows;
   for (int i = 0; i < 3; ++i) rows[i] = row_at(face[i], input, point_of_row);
   return rows;
 }
 
 // Copies stand side by side; of those of a layer the one with the least rows stays, whatever the order of the file.
-void lay_faces(std::span<const Face> input, std::span<const Index> layer, WeldResult& welded) {
+void lay_faces(Faces input, Indices layer, WeldResult& welded) {
   Array<Index>& class_of_row = welded.class_of_row;
   const Array<SortedFace> sorted = sort_faces(input, welded.point_of_row, welded.points.size());
   const auto layer_of = [&](Index source) { return layer.empty() ? 0 : layer[source]; };
@@ -281,15 +277,14 @@ void lay_faces(std::span<const Face> input, std::span<const Index> layer, WeldRe
 
 }  // namespace
 
-Array<std::uint8_t> mark_used(std::span<const Face> faces, std::size_t count) {
+Array<std::uint8_t> mark_used(Faces faces, std::size_t count) {
   Array<std::uint8_t> used(count, 0);
   for (const Face& face : faces)
     for (const Index row : face) used[row] = 1;
   return used;
 }
 
-WeldResult weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance,
-                std::span<const Index> layer) {
+WeldResult weld(Points rows, Faces faces, double distance, Indices layer) {
   WeldResult welded;
   Array<Index>& point_of_row = welded.point_of_row;
   find_first_rows(rows, faces, point_of_row);

@@ -2,10 +2,6 @@
 // on coordinates alone, so that no later stage can depend on the order of the file.
 #pragma once
 
-#include <span>
-#include <vector>
-
-#include "mesh/array.hpp"
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {
@@ -22,11 +18,11 @@ struct WeldResult {
 };
 
 // A flag for each of `count` rows: whether a face uses it.
-Array<std::uint8_t> mark_used(std::span<const Face> faces, std::size_t count);
+Array<std::uint8_t> mark_used(Faces faces, std::size_t count);
 
 // Points nearer than `distance` to an earlier point (in lexicographic order) become that point; with
-// 0, only equal points are one. CornerRows of `faces` must be in range and finite. Faces copy one another only if they
+// 0, only equal points are one. Rows of `faces` must be in range and finite. Faces copy one another only if they
 // are of the same layer (all are where it is empty). O(n log n).
-WeldResult weld(std::span<const Vec3> rows, std::span<const Face> faces, double distance, std::span<const Index> layer);
+WeldResult weld(Points rows, Faces faces, double distance, Indices layer);
 
 }  // namespace bldsimp

@@ -1,11 +1,5 @@
 #include "planar/charts.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <mutex>
-#include <numeric>
-
 #include "mesh/eigen.hpp"
 #include "mesh/face_sets.hpp"
 #include "mesh/parallel.hpp"
@@ -107,9 +101,9 @@ constexpr Index none = -1, waiting = -2;
 
 // What the finders of all threads read; and the charts of faces, of which each writes those of its own groups.
 struct ChartState {
-  std::span<const Vec3> points;
-  std::span<const Face> faces;
-  std::span<const Index> twin, start, order, part;
+  Points points;
+  Faces faces;
+  Indices twin, start, order, part;
   const AttributeColumns& columns;
   Array<Face> rows;  // of the corners
   Array<Index> group, chart;
@@ -124,7 +118,7 @@ class ChartFinder {
   // Charts of some groups, numbered among themselves.
   Charts find(std::size_t first, std::size_t last) {
     for (std::size_t g = first; g < last; ++g) {
-      const std::span<const Index> members = all_.order.subspan(all_.start[g], all_.start[g + 1] - all_.start[g]);
+      const Indices members = all_.order.subspan(all_.start[g], all_.start[g + 1] - all_.start[g]);
       if (members.empty()) continue;
       fit(members);
       if (measure(members))
@@ -151,7 +145,7 @@ class ChartFinder {
     fit_map_.fit(told_);
   }
 
-  void fit(std::span<const Index> members) {
+  void fit(Indices members) {
     fit_map_.clear(corner(members[0], 0), values(members[0], 0));
     for (const Index f : members) add(f);
     settle(members[0]);
@@ -168,7 +162,7 @@ class ChartFinder {
   }
 
   // Charts of a group that is none as a whole.
-  void cut_up(std::span<const Index> members) {
+  void cut_up(Indices members) {
     std::vector<std::pair<double, Index>> seeds;
     seeds.reserve(members.size());
     for (const Index f : members) seeds.push_back({-area(f), f});
@@ -249,7 +243,7 @@ class ChartFinder {
   }
 
   // How far faces are off the map at most; whether it fits all of them.
-  bool measure(std::span<const Index> members) {
+  bool measure(Indices members) {
     std::fill(low_.begin(), low_.end(), 0.0);
     std::fill(high_.begin(), high_.end(), 0.0);
     bool all_fit = true;
@@ -265,7 +259,7 @@ class ChartFinder {
   }
 
   // Makes faces that were measured a chart, with the map that was fitted last.
-  void take(std::span<const Index> members) {
+  void take(Indices members) {
     const Index chart = static_cast<Index>(charts_.spans.size() / columns_);
     // One face has a map of its own, but for a needle, of which no map can be told.
     if (members.size() == 1) low_ = high_;
@@ -278,8 +272,8 @@ class ChartFinder {
   }
 
   ChartState& all_;
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
+  Points points_;
+  Faces faces_;
   const AttributeColumns& attributes_;
   std::size_t columns_;
   AffineFit fit_map_;
@@ -290,9 +284,8 @@ class ChartFinder {
 
 }  // namespace
 
-Charts find_charts(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
-                   std::span<const Index> start, std::span<const Index> order, const CornerRows& rows,
-                   std::span<const Index> part_of_face, const AttributeColumns& columns) {
+Charts find_charts(Points points, Faces faces, Indices twin, Indices start, Indices order, const CornerRows& rows,
+                   Indices part_of_face, const AttributeColumns& columns) {
   ChartState all{points, faces, twin, start, order, part_of_face, columns, {}, {}, {}};
   all.rows.resize(faces.size());
   all.group.resize(faces.size());
@@ -311,32 +304,30 @@ Charts find_charts(std::span<const Vec3> points, std::span<const Face> faces, st
     std::size_t first, last;
     Charts charts;
   };
-  std::map<std::size_t, Own> found;
-  std::mutex guard;
-  parallel_for(order.size(), [&](std::size_t begin, std::size_t end) {
-    const auto group_from = [&](std::size_t face) {
-      const auto place = std::lower_bound(start.begin(), start.begin() + groups, static_cast<Index>(face));
-      return static_cast<std::size_t>(place - start.begin());
-    };
-    const std::size_t first = group_from(begin), last = end == order.size() ? groups : group_from(end);
-    Charts own = ChartFinder(all).find(first, last);
-    const std::lock_guard lock(guard);
-    found[begin] = {first, last, std::move(own)};
-  });
+  const auto group_from = [&](std::size_t face) {
+    const auto place = std::lower_bound(start.begin(), start.begin() + groups, static_cast<Index>(face));
+    return static_cast<std::size_t>(place - start.begin());
+  };
   Charts charts;
-  for (const auto& [begin, own] : found) {
-    const auto before = static_cast<Index>(charts.spans.size() / columns.limits.size());
-    charts.spans.insert(charts.spans.end(), own.charts.spans.begin(), own.charts.spans.end());
-    charts.maps.insert(charts.maps.end(), own.charts.maps.begin(), own.charts.maps.end());
-    if (before > 0 && own.first < own.last)
-      for (Index i = start[own.first]; i < start[own.last]; ++i) all.chart[order[i]] += before;
-  }
+  parallel_collect(
+      order.size(),
+      [&](std::size_t begin, std::size_t end) {
+        const std::size_t first = group_from(begin), last = end == order.size() ? groups : group_from(end);
+        return Own{first, last, ChartFinder(all).find(first, last)};
+      },
+      [&](const Own& own) {
+        const auto before = static_cast<Index>(charts.spans.size() / columns.limits.size());
+        append(charts.spans, own.charts.spans);
+        append(charts.maps, own.charts.maps);
+        if (before > 0 && own.first < own.last)
+          for (Index i = start[own.first]; i < start[own.last]; ++i) all.chart[order[i]] += before;
+      });
   charts.chart_of_face = std::move(all.chart);
   return charts;
 }
 
-Array<Index> find_smooth(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
-                         const CornerRows& rows, std::span<const Vec3> normals, double cosine, double needle) {
+Array<Index> find_smooth(Points points, Faces faces, Indices twin, const CornerRows& rows, Points normals,
+                         double cosine, double needle) {
   const auto is_needle = [&](Index f) {
     const Vec3 a = points[faces[f][0]], b = points[faces[f][1]], c = points[faces[f][2]];
     return length(cross(b - a, c - a)) <= needle * std::max({length(b - a), length(c - b), length(a - c)});

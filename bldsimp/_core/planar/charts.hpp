@@ -1,10 +1,6 @@
 // Charts: faces on which all that rows carry (texture coordinates, colors) is one affine map of the position.
 #pragma once
 
-#include <span>
-#include <vector>
-
-#include "mesh/array.hpp"
 #include "mesh/corner_rows.hpp"
 #include "mesh/vec3.hpp"
 
@@ -26,14 +22,13 @@ struct Charts {
 // one map is one chart; else charts grow from the largest faces. `order` has the faces group by group, those of
 // group g from start[g] on. A map does not change in directions that tell nothing about it. Linear where groups are
 // charts; else nearly linear in faces, times the charts that reach each.
-Charts find_charts(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
-                   std::span<const Index> start, std::span<const Index> order, const CornerRows& rows,
-                   std::span<const Index> part_of_face, const AttributeColumns& columns);
+Charts find_charts(Points points, Faces faces, Indices twin, Indices start, Indices order, const CornerRows& rows,
+                   Indices part_of_face, const AttributeColumns& columns);
 
 // The sets of faces that hang together across twins at both of whose ends the rows' normals turn by no more than an
 // angle, told by its cosine. Ends without normals, and faces no higher than `needle`, count as smooth. Per face the
 // least face of its set.
-Array<Index> find_smooth(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
-                         const CornerRows& rows, std::span<const Vec3> normals, double cosine, double needle);
+Array<Index> find_smooth(Points points, Faces faces, Indices twin, const CornerRows& rows, Points normals,
+                         double cosine, double needle);
 
 }  // namespace bldsimp

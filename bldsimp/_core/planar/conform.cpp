@@ -1,9 +1,6 @@
 #include "planar/conform.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
-#include <numeric>
 #include <tuple>
 
 #include "planar/facet_chains.hpp"
@@ -17,18 +14,17 @@ Edge sort_ends(Index a, Index b) { return a < b ? Edge{a, b} : Edge{b, a}; }
 // The straight pieces between facets, each once, and the points at which it was cut.
 class CutEdges {
  public:
-  CutEdges(std::span<const Vec3> points, std::span<const Piece> pieces)
+  CutEdges(Points points, std::span<const Piece> pieces)
       : points_(points.begin(), points.end()), acute_(points.size(), 0) {
     for (const Piece& piece : pieces) edges_.push_back(sort_ends(piece.from, piece.to));
-    std::sort(edges_.begin(), edges_.end());
-    edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+    sort_unique(edges_);
     cuts_.resize(edges_.size());
   }
 
   std::size_t size() const { return edges_.size(); }
   const Edge& ends(Index edge) const { return edges_[edge]; }
   // From the lower to the upper end.
-  std::span<const Index> cuts(Index edge) const { return cuts_[edge]; }
+  Indices cuts(Index edge) const { return cuts_[edge]; }
   const std::vector<Vec3>& points() const { return points_; }
 
   // -1 where no piece runs between a and b.
@@ -122,7 +118,7 @@ class Subdivision {
     const Index edge = edges_.find(a, b);
     if (edge >= 0) {
       const auto cuts = edges_.cuts(edge);
-      side_.insert(side_.end(), cuts.begin(), cuts.end());
+      append(side_, cuts);
       if (a > b) std::reverse(side_.begin() + 1, side_.end());
     }
     side_.push_back(b);
@@ -141,7 +137,7 @@ class Conformer {
  public:
   explicit Conformer(const ConformParts& parts)
       : parts_(parts), edges_(parts.points, parts.pieces), facets_(parts.planes.size()), how_(facets_), patch_(facets_),
-        own_points_(facets_, 0), local_of_point_(parts.points.size(), -1) {
+        own_points_(facets_, 0) {
     collect_sides();
     collect_given();
     for (Index facet = 0; facet < count(); ++facet) {
@@ -177,7 +173,7 @@ class Conformer {
   std::span<const PieceSide> sides_of(Index facet) const {
     return {sides_.data() + side_start_[facet], sides_.data() + side_start_[facet + 1]};
   }
-  std::span<const Face> given_of(Index facet) const {
+  Faces given_of(Index facet) const {
     return {given_.data() + given_start_[facet], given_.data() + given_start_[facet + 1]};
   }
 
@@ -201,12 +197,9 @@ class Conformer {
 
   // The ladder's triangles by facet.
   void collect_given() {
-    given_start_.assign(facets_ + 1, 0);
-    for (const Index facet : parts_.facet_of_triangle) ++given_start_[facet + 1];
-    std::partial_sum(given_start_.begin(), given_start_.end(), given_start_.begin());
-    given_.resize(parts_.triangles.size());
-    std::vector<Index> cursor(given_start_.begin(), given_start_.end() - 1);
-    for (std::size_t t = 0; t < given_.size(); ++t) given_[cursor[parts_.facet_of_triangle[t]]++] = parts_.triangles[t];
+    const Groups groups(facets_, parts_.triangles.size(), [&](Index t) { return parts_.facet_of_triangle[t]; });
+    for (const Index t : groups.members) given_.push_back(parts_.triangles[t]);
+    given_start_.assign(groups.start.begin(), groups.start.end());
   }
 
   bool may_change(Index facet) const {
@@ -222,17 +215,13 @@ class Conformer {
       spokes.push_back({low, high});
       spokes.push_back({high, low});
     }
-    std::sort(spokes.begin(), spokes.end());
-    spokes.erase(std::unique(spokes.begin(), spokes.end()), spokes.end());
-    for (auto from = spokes.begin(); from != spokes.end();) {
-      auto to = from;
-      while (to != spokes.end() && (*to)[0] == (*from)[0]) ++to;
-      bool acute = false;
-      for (auto i = from; i != to && !acute; ++i)
-        for (auto j = i + 1; j != to && !acute; ++j) acute = is_acute((*from)[0], (*i)[1], (*j)[1]);
-      if (acute) edges_.mark_acute((*from)[0]);
-      from = to;
-    }
+    sort_unique(spokes);
+    const auto same_point = [](const Edge& a, const Edge& b) { return a[0] == b[0]; };
+    for_runs(spokes, same_point, [&](std::span<const Edge> own) {
+      for (std::size_t i = 0; i < own.size(); ++i)
+        for (std::size_t j = i + 1; j < own.size(); ++j)
+          if (is_acute(own[0][0], own[i][1], own[j][1])) return edges_.mark_acute(own[0][0]);
+    });
   }
 
   bool is_acute(Index corner, Index a, Index b) const {
@@ -240,47 +229,30 @@ class Conformer {
     return dot(u, v) > 0.5 * length(u) * length(v);
   }
 
-  Index local(Index point) {
-    if (point >= std::ssize(local_of_point_)) local_of_point_.resize(edges_.points().size(), -1);
-    Index& id = local_of_point_[point];
-    if (id < 0) {
-      id = static_cast<Index>(point_of_local_.size());
-      point_of_local_.push_back(point);
-    }
-    return id;
-  }
-
   void collect_segments(Index facet) {
-    point_of_local_.clear();
-    segments_.clear();
+    local_.begin(parts_.outlines, facet);
     part_of_segment_.clear();
-    const bool behind = is_behind(parts_.outlines, facet);
     for (const auto& [edge, forward] : sides_of(facet))
       for (Index k = 0; k <= std::ssize(edges_.cuts(edge)); ++k) {
-        const Index from = local(edges_.end(edge, k)), to = local(edges_.end(edge, k + 1));
-        segments_.push_back(forward != behind ? std::array{from, to} : std::array{to, from});
+        local_.add_segment(edges_.end(edge, k), edges_.end(edge, k + 1), forward);
         part_of_segment_.push_back({edge, k});
       }
-    for (const auto& [_, point] : inner_of(parts_.outlines, facet)) local(point);
-    for (const Index point : point_of_local_) local_of_point_[point] = -1;
+    local_.end(parts_.outlines, facet);
   }
 
   void triangulate(Index facet) {
     patch_[facet].clear();
     collect_segments(facet);
-    if (own_points_[facet] == 0) own_points_[facet] = std::ssize(point_of_local_);
-    project(facet);
+    if (own_points_[facet] == 0) own_points_[facet] = std::ssize(local_.points);
+    local_.project(edges_.points(), parts_.planes[front_of(parts_.outlines, facet)].normal);
     TriangulateOptions options;
-    options.lift = lift_.data();
+    options.lift = local_.lift.data();
     options.recover = options.poles = false;
-    triangulator_.run(flat_, segments_, options);
+    triangulator_.run(local_.flat, local_.segments, options);
     statistics_ += triangulator_.statistics();
     if (triangulator_.missing().empty()) {
-      for (auto [a, b, c] : triangulator_.triangles()) {
-        if (is_behind(parts_.outlines, facet)) std::swap(b, c);
-        patch_[facet].push_back({point_of_local_[a], point_of_local_[b], point_of_local_[c]});
-      }
-    } else if (std::ssize(point_of_local_) > most_times * own_points_[facet]) {
+      for (const Face& t : triangulator_.triangles()) patch_[facet].push_back(local_.lifted(t));
+    } else if (std::ssize(local_.points) > most_times * own_points_[facet]) {
       how_[facet] = Conformity::stopped;
     } else if (segments_meet()) {
       how_[facet] = Conformity::crossing;
@@ -292,29 +264,19 @@ class Conformer {
     }
   }
 
-  void project(Index facet) {
-    const Index least = *std::min_element(point_of_local_.begin(), point_of_local_.end());
-    const Projection projection(parts_.planes[front_of(parts_.outlines, facet)].normal, edges_.points()[least]);
-    flat_.clear();
-    lift_.clear();
-    for (const Index p : point_of_local_) {
-      flat_.push_back(projection(edges_.points()[p]));
-      lift_.push_back(projection.lift(edges_.points()[p]));
-    }
-  }
-
   // Whether segments cross, or have a point on them: no cut would make edges of those. Not part of the
   // method, so that its work does not count.
   bool segments_meet() {
     TriangulateOptions options;
     options.carve = false;
-    if (checker_.run(flat_, segments_, options) != Status::done) return true;
-    for (Index p = 0; p < std::ssize(flat_); ++p)
+    if (checker_.run(local_.flat, local_.segments, options) != Status::done) return true;
+    for (Index p = 0; p < std::ssize(local_.flat); ++p)
       if (checker_.point_of_input()[p] != p) return true;
-    return std::any_of(
-        checker_.pieces().begin(), checker_.pieces().end(), [&](const Triangulator::SegmentPiece& piece) {
-          return std::minmax(piece.a, piece.b) != std::minmax(segments_[piece.segment][0], segments_[piece.segment][1]);
-        });
+    return std::any_of(checker_.pieces().begin(), checker_.pieces().end(),
+                       [&](const Triangulator::SegmentPiece& piece) {
+                         return std::minmax(piece.a, piece.b) !=
+                                std::minmax(local_.segments[piece.segment][0], local_.segments[piece.segment][1]);
+                       });
   }
 
   // Cuts what is wanted; returns the facets that must look again, in rising order.
@@ -365,7 +327,7 @@ class Conformer {
 
   // Directed edges along parts of pieces, as often as the triangles use them, and others that have nothing
   // to run against; sorted. What is opposed need not be inside: a facet may be on both sides of a piece.
-  std::vector<Edge> rim_of(std::span<const Face> triangles) const {
+  std::vector<Edge> rim_of(Faces triangles) const {
     std::vector<Edge> along, inside;
     for (const Face& t : triangles)
       for (int i = 0; i < 3; ++i) {
@@ -375,7 +337,7 @@ class Conformer {
         (is_part ? along : inside).push_back(edge);
       }
     inside = find_unopposed(std::move(inside));
-    along.insert(along.end(), inside.begin(), inside.end());
+    append(along, inside);
     std::sort(along.begin(), along.end());
     return along;
   }
@@ -413,7 +375,7 @@ class Conformer {
     return clashing;
   }
 
-  static void add_edges(std::span<const Face> triangles, Index facet, std::vector<std::pair<Edge, Index>>& edges) {
+  static void add_edges(Faces triangles, Index facet, std::vector<std::pair<Edge, Index>>& edges) {
     for (const Face& t : triangles)
       for (int i = 0; i < 3; ++i) edges.push_back({sort_ends(t[i], t[(i + 1) % 3]), facet});
   }
@@ -422,7 +384,7 @@ class Conformer {
     ConformResult result;
     result.made.assign(edges_.points().begin() + std::ssize(parts_.points), edges_.points().end());
     for (Index facet = 0; facet < count(); ++facet) {
-      result.triangles.insert(result.triangles.end(), patch_[facet].begin(), patch_[facet].end());
+      append(result.triangles, patch_[facet]);
       result.facet_of_triangle.insert(result.facet_of_triangle.end(), patch_[facet].size(), facet);
     }
     result.facets = std::move(how_);
@@ -446,12 +408,8 @@ class Conformer {
   Statistics statistics_;
 
   Triangulator triangulator_, checker_;
-  std::vector<Index> local_of_point_;
-  std::vector<Index> point_of_local_;
-  std::vector<Edge> segments_;
+  LocalFacet local_;
   std::vector<std::pair<Index, Index>> part_of_segment_;  // {edge, part}
-  std::vector<Point2> flat_;
-  std::vector<double> lift_;
 };
 
 }  // namespace

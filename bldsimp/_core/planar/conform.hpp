@@ -1,9 +1,6 @@
 // Conform: the article's standard method, which the improved one is compared with.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "cdt/cdt.hpp"
 #include "mesh/vec3.hpp"
 #include "planar/facets.hpp"
@@ -13,13 +10,13 @@ namespace bldsimp {
 
 // Where the ladder ended.
 struct ConformParts {
-  std::span<const Vec3> points;
+  Points points;
   std::span<const Plane> planes;
   const Outlines& outlines;
   std::span<const Piece> pieces;
-  std::span<const Face> triangles;
-  std::span<const Index> facet_of_triangle;
-  std::span<const std::uint8_t> keep;  // facets whose triangles are not ours to choose
+  Faces triangles;
+  Indices facet_of_triangle;
+  Flags keep;  // facets whose triangles are not ours to choose
 };
 
 // How a facet got its triangles. All but the first have those of the ladder, cut where pieces were.

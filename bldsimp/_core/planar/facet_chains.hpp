@@ -1,13 +1,9 @@
 // What runs along each facet: its chains, and the pieces that replace them.
 #pragma once
 
-#include <algorithm>
 #include <iterator>
-#include <numeric>
-#include <span>
-#include <utility>
-#include <vector>
 
+#include "planar/projection.hpp"
 #include "planar/thin.hpp"
 
 namespace bldsimp {
@@ -45,6 +41,57 @@ inline std::span<const IndexPair> inner_of(const Outlines& outlines, Index facet
   return {std::lower_bound(inner.begin(), inner.end(), IndexPair{facet, -1}),
           std::lower_bound(inner.begin(), inner.end(), IndexPair{facet + 1, -1})};
 }
+
+// The points of one facet, numbered for the triangulator, and the segments between them.
+class LocalFacet {
+ public:
+  std::vector<Index> points;  // of the mesh, by their numbers here
+  std::vector<IndexPair> segments;
+  std::vector<Point2> flat;
+  std::vector<double> lift;
+
+  void begin(const Outlines& outlines, Index facet) {
+    points.clear();
+    segments.clear();
+    behind_ = is_behind(outlines, facet);
+  }
+  void add_segment(Index from, Index to, bool forward) {
+    const Index a = number(from), b = number(to);
+    segments.push_back(forward != behind_ ? IndexPair{a, b} : IndexPair{b, a});
+  }
+  // No segment may follow.
+  void end(const Outlines& outlines, Index facet) {
+    for (const auto& [_, point] : inner_of(outlines, facet)) number(point);
+    for (const Index p : points) number_[p] = -1;
+  }
+  Projection project(Points positions, Vec3 normal) {
+    const Projection projection(normal, positions[*std::min_element(points.begin(), points.end())]);
+    flat.clear();
+    lift.clear();
+    for (const Index p : points) {
+      flat.push_back(projection(positions[p]));
+      lift.push_back(projection.lift(positions[p]));
+    }
+    return projection;
+  }
+  // A triangle of numbers as one of the mesh, with the facet's own winding.
+  Face lifted(const Face& t) const { return wind({points[t[0]], points[t[1]], points[t[2]]}); }
+  Face wind(const Face& t) const { return behind_ ? Face{t[0], t[2], t[1]} : t; }
+
+ private:
+  Index number(Index point) {
+    if (point >= std::ssize(number_)) number_.resize(point + 1, -1);
+    Index& own = number_[point];
+    if (own < 0) {
+      own = static_cast<Index>(points.size());
+      points.push_back(point);
+    }
+    return own;
+  }
+
+  Array<Index> number_;  // of each point of the mesh, -1 for none
+  bool behind_ = false;
+};
 
 // Directed edges that none runs against, sorted.
 inline std::vector<Edge> find_unopposed(std::vector<Edge> there) {

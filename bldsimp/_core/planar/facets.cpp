@@ -1,12 +1,11 @@
 #include "planar/facets.hpp"
 
-#include <algorithm>
 #include <atomic>
 #include <limits>
-#include <numeric>
 #include <queue>
 #include <tuple>
 
+#include "mesh/box_tree.hpp"
 #include "mesh/edges.hpp"
 #include "mesh/face_sets.hpp"
 #include "mesh/parallel.hpp"
@@ -31,8 +30,7 @@ struct Slab {
 
 class FacetFinder {
  public:
-  FacetFinder(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
-              std::span<const Index> label, Vec3 origin, const FacetLimits& limits)
+  FacetFinder(Points points, Faces faces, Indices twin, Indices label, Vec3 origin, const FacetLimits& limits)
       : points_(points), faces_(faces), twin_(twin), label_(label), origin_(origin), limits_(limits) {
     facet_of_face_.assign(faces.size(), -1);
     find_needles();
@@ -105,8 +103,8 @@ class FacetFinder {
   }
 
   // The greatest fold of the faces that are turned over in a plane: what they cover, others may not. A guess that
-  // keeps what folds too far out of a facet; how far it does is measure on the result.
-  double greatest_fold(std::span<const Index> set, Vec3 normal) const {
+  // keeps what folds too far out of a facet; how far it does is measured on the result.
+  double greatest_fold(Indices set, Vec3 normal) const {
     if (normal == Vec3{0, 0, 0}) return 0;
     double fold = 0;
     for (const Index f : set)
@@ -151,36 +149,28 @@ class FacetFinder {
   }
 
   void accept_or_grow() {
-    const Index count = static_cast<Index>(faces_.size());
-    Array<Index> start(count + 1, 0), members(count);
-    for (const Index root : candidate_) ++start[root + 1];
-    std::partial_sum(start.begin(), start.end(), start.begin());
-    Array<Index> cursor(start.begin(), start.end() - 1);
-    for (Index f = 0; f < count; ++f) members[cursor[candidate_[f]]++] = f;
+    const Groups sets(faces_.size(), faces_.size(), [&](Index f) { return candidate_[f]; });
     std::vector<Index> roots;
-    for (Index f = 0; f < count; ++f)
+    for (Index f = 0; f < std::ssize(candidate_); ++f)
       if (candidate_[f] == f) roots.push_back(f);
-    const auto set_of = [&](Index root) {
-      return std::span<const Index>(members.data() + start[root], members.data() + start[root + 1]);
-    };
     std::vector<Slab> slabs(roots.size());
     std::vector<std::uint8_t> accepted(roots.size());
     // Sets differ in size: the threads take them one by one.
     std::atomic<std::size_t> next = 0;
     const auto test_sets = [&](std::size_t, std::size_t) {
       for (std::size_t i = next++; i < roots.size(); i = next++) {
-        slabs[i] = fit(set_of(roots[i]));
+        slabs[i] = fit(sets[roots[i]]);
         // At zero tolerance exact coplanarity passes from face to face: the union needs no fit.
         accepted[i] =
-            (limits_.width == 0 || slabs[i].width() <= limits_.width) && all_face(set_of(roots[i]), slabs[i].normal);
+            (limits_.width == 0 || slabs[i].width() <= limits_.width) && all_face(sets[roots[i]], slabs[i].normal);
       }
     };
     parallel_for(faces_.size(), test_sets);
     for (std::size_t i = 0; i < roots.size(); ++i) {
       if (accepted[i])
-        add_facet(set_of(roots[i]), slabs[i]);
+        add_facet(sets[roots[i]], slabs[i]);
       else
-        grow_within(set_of(roots[i]));
+        grow_within(sets[roots[i]]);
       curved_.resize(planes_.size(), !accepted[i]);
     }
   }
@@ -188,7 +178,7 @@ class FacetFinder {
   // A plane of the faces and the slab about it; no normal where they are no wider than a needle. The sum of
   // the area vectors depends on the outline alone, and is good enough for most facets; where its slab is too
   // wide, the best fit decides.
-  Slab fit(std::span<const Index> set) const {
+  Slab fit(Indices set) const {
     Slab slab;
     Vec3 facing{0, 0, 0};
     bool has_plane = false;
@@ -208,48 +198,37 @@ class FacetFinder {
     return best.width() < slab.width() ? best : slab;
   }
 
-  static Vec3 normalize(Vec3 v) {
-    const double l = length(v);
-    return l > 0 ? (1 / l) * v : Vec3{0, 0, 0};
-  }
-
-  bool is_wider_than_needle(std::span<const Index> set) const {
+  bool is_wider_than_needle(Indices set) const {
     double area = 0;
-    Vec3 least = corner(set[0], 0), greatest = least;
+    Box box;
     for (const Index f : set) {
       area += length(area_vector(f));
-      for (const Index p : faces_[f]) {
-        least = lower_corner(least, points_[p]);
-        greatest = upper_corner(greatest, points_[p]);
-      }
+      for (const Index p : faces_[f]) box.add(points_[p]);
     }
-    return area > limits_.needle * length(greatest - least);
+    return area > limits_.needle * length(box.high - box.low);
   }
 
-  static Vec3 lower_corner(Vec3 a, Vec3 b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
-  static Vec3 upper_corner(Vec3 a, Vec3 b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
-
-  Slab measure(Slab slab, std::span<const Index> set) const {
+  Slab measure(Slab slab, Indices set) const {
     for (const Index f : set)
       for (int i = 0; i < 3; ++i) slab.add(height_in(slab.normal, corner(f, i)));
     return slab;
   }
 
   // Whether no face is turned over in the plane, but for needles that stay close to the others.
-  bool all_face(std::span<const Index> set, Vec3 normal) const {
+  bool all_face(Indices set, Vec3 normal) const {
     return std::all_of(set.begin(), set.end(),
                        [&](Index f) { return is_needle(f) || dot(area_vector(f), normal) > 0; }) &&
            greatest_fold(set, normal) <= limits_.fold;
   }
 
-  void add_facet(std::span<const Index> set, const Slab& slab) {
+  void add_facet(Indices set, const Slab& slab) {
     for (const Index f : set) facet_of_face_[f] = static_cast<Index>(planes_.size());
     planes_.push_back({slab.normal, slab.low, slab.high});
   }
 
   // Grows facets inside a candidate that is not flat as a whole (a drifting or stepped surface), from
   // the largest face on, since a large face has the most reliable plane.
-  void grow_within(std::span<const Index> set) {
+  void grow_within(Indices set) {
     std::vector<std::pair<double, Index>> seeds;
     for (const Index f : set) {
       const Vec3 n = area_vector(f);
@@ -266,7 +245,7 @@ class FacetFinder {
 
   // Growth takes faces as they come; whole facets that fit one slab together are joined afterwards,
   // the narrowest slab first. (On a curved part this saves some 2 % of the points.)
-  void merge_grown(std::span<const Index> set, Index first) {
+  void merge_grown(Indices set, Index first) {
     const std::size_t count = planes_.size() - first;
     if (count < 2) return;
     std::vector<std::vector<Index>> members(count), beside(count);
@@ -293,14 +272,13 @@ class FacetFinder {
       for (const Index f : members[a].size() >= members[b].size() ? members[b] : members[a])
         if (!fits(slab, f, 2 * limits_.width)) return;
       both = members[a];
-      both.insert(both.end(), members[b].begin(), members[b].end());
+      append(both, members[b]);
       const Slab joint = fit(both);
       if (joint.width() <= limits_.width && all_face(both, joint.normal))
         queue.push({joint.width(), a, b, members[a].size(), members[b].size()});
     };
     const auto tidy = [&](Index a) {
-      std::sort(beside[a].begin(), beside[a].end());
-      beside[a].erase(std::unique(beside[a].begin(), beside[a].end()), beside[a].end());
+      sort_unique(beside[a]);
       std::erase_if(beside[a], [&](Index b) { return b == a || members[b].empty(); });
     };
     for (Index a = 0; a < static_cast<Index>(count); ++a) {
@@ -313,13 +291,13 @@ class FacetFinder {
       queue.pop();
       const auto [width, a, b, size_a, size_b] = merge;
       if (members[a].size() != size_a || members[b].size() != size_b) continue;
-      members[a].insert(members[a].end(), members[b].begin(), members[b].end());
+      append(members[a], members[b]);
       std::sort(members[a].begin(), members[a].end());
       members[b].clear();
       for (const Index f : members[a]) facet_of_face_[f] = first + a;
       const Slab slab = fit(members[a]);
       planes_[first + a] = {slab.normal, slab.low, slab.high};
-      beside[a].insert(beside[a].end(), beside[b].begin(), beside[b].end());
+      append(beside[a], beside[b]);
       for (const Index c : beside[b]) beside[c].push_back(a);
       tidy(a);
       for (const Index c : beside[a]) propose(std::min(a, c), std::max(a, c));
@@ -392,10 +370,10 @@ class FacetFinder {
 
   static constexpr std::int8_t needle_bit = 4;
 
-  std::span<const Vec3> points_;
-  std::span<const Face> faces_;
-  std::span<const Index> twin_;
-  std::span<const Index> label_;
+  Points points_;
+  Faces faces_;
+  Indices twin_;
+  Indices label_;
   Vec3 origin_;
   FacetLimits limits_;
   Array<Vec3> area_vector_;     // per face, twice its area long
@@ -409,12 +387,11 @@ class FacetFinder {
 
 }  // namespace
 
-Facets find_facets(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
-                   std::span<const Index> label, Vec3 origin, const FacetLimits& limits) {
+Facets find_facets(Points points, Faces faces, Indices twin, Indices label, Vec3 origin, const FacetLimits& limits) {
   return FacetFinder(points, faces, twin, label, origin, limits).find();
 }
 
-Facets split_off(const Facets& facets, std::span<const Index> cut) {
+Facets split_off(const Facets& facets, Indices cut) {
   Facets result = facets;
   for (const Index f : cut) {
     result.planes.push_back(facets.planes[facets.facet_of_face[f]]);
@@ -423,14 +400,8 @@ Facets split_off(const Facets& facets, std::span<const Index> cut) {
   return result;
 }
 
-FacetGroups group_faces(const Facets& facets) {
-  FacetGroups grouped{Array<Index>(facets.planes.size() + 1, 0), Array<Index>(facets.facet_of_face.size())};
-  for (const Index facet : facets.facet_of_face) ++grouped.start[facet + 1];
-  std::partial_sum(grouped.start.begin(), grouped.start.end(), grouped.start.begin());
-  std::vector<Index> cursor(grouped.start.begin(), grouped.start.end() - 1);
-  for (std::size_t f = 0; f < facets.facet_of_face.size(); ++f)
-    grouped.order[cursor[facets.facet_of_face[f]]++] = static_cast<Index>(f);
-  return grouped;
+Groups group_faces(const Facets& facets) {
+  return {facets.planes.size(), facets.facet_of_face.size(), [&](Index f) { return facets.facet_of_face[f]; }};
 }
 
 }  // namespace bldsimp

@@ -1,10 +1,6 @@
 // Facets: maximal connected sets of faces in one plane.
 #pragma once
 
-#include <span>
-#include <vector>
-
-#include "mesh/array.hpp"
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {
@@ -29,16 +25,12 @@ struct FacetLimits {
 
 // Faces with different labels never share a facet; a face with a negative label is a facet by itself.
 // Facets are numbered by their first face. `origin` is near the mesh. Nearly linear.
-Facets find_facets(std::span<const Vec3> points, std::span<const Face> faces, std::span<const Index> twin,
-                   std::span<const Index> label, Vec3 origin, const FacetLimits& limits);
+Facets find_facets(Points points, Faces faces, Indices twin, Indices label, Vec3 origin, const FacetLimits& limits);
 
 // Makes each of `cut` (sorted) a facet by itself; the others keep their numbers.
-Facets split_off(const Facets& facets, std::span<const Index> cut);
+Facets split_off(const Facets& facets, Indices cut);
 
-// Faces in the order of their facets: those of facet f are order[start[f]] .. order[start[f + 1] - 1].
-struct FacetGroups {
-  Array<Index> start, order;
-};
-FacetGroups group_faces(const Facets& facets);
+// The faces of each facet.
+Groups group_faces(const Facets& facets);
 
 }  // namespace bldsimp

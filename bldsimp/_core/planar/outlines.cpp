@@ -8,15 +8,14 @@ namespace {
 
 class Tracer {
  public:
-  Tracer(std::span<const Face> faces, Index point_count, const Halfedges& halfedges,
-         std::span<const Index> facet_of_face, std::span<const std::uint8_t> frozen)
+  Tracer(Faces faces, Index point_count, const Halfedges& halfedges, Indices facet_of_face, Flags frozen)
       : faces_(faces), points_(point_count), halfedges_(halfedges), facet_(facet_of_face), frozen_(frozen) {}
 
   Outlines trace() {
     find_backs();
     mark_outline_edges();
     collect_edges();
-    find_corners();
+    find_chain_ends();
     walk_chains();
     return std::move(outlines_);
   }
@@ -65,7 +64,7 @@ class Tracer {
       for (Index h = static_cast<Index>(begin); h < static_cast<Index>(end); ++h)
         flags_[h] = inside_facet(h) ? 0 : outline;
     });
-    halfedges_.for_groups([&](std::span<const Index> group) {
+    halfedges_.for_groups([&](Indices group) {
       const bool inside = std::all_of(group.begin(), group.end(), [&](Index h) {
         return flags_[h] == 0 && outlines_.back[facet(h)] >= 0 &&
                (facet(h) == facet(group[0]) || facet(h) == outlines_.back[facet(group[0])]);
@@ -78,7 +77,7 @@ class Tracer {
 
   // Each outline edge once, from its lower to its upper end, with its uses.
   void collect_edges() {
-    const auto add_edge = [&](std::span<const Index> members) {
+    const auto add_edge = [&](Indices members) {
       const Index h = members[0];
       edges_.push_back({std::min(origin(h), end(h)), std::max(origin(h), end(h))});
       for (const Index m : members) edge_uses_.push_back({facet(m), origin(m) < end(m)});
@@ -92,22 +91,14 @@ class Tracer {
       const IndexPair members{h, t};
       if (t < 0 || h < t) add_edge(std::span(members.data(), t < 0 ? 1 : 2));
     }
-    halfedges_.for_groups([&](std::span<const Index> group) {
+    halfedges_.for_groups([&](Indices group) {
       if (flags_[group[0]] & outline) add_edge(group);
     });
-    edges_at_start_.assign(points_ + 1, 0);
-    for (const auto& edge : edges_)
-      for (const Index p : edge) ++edges_at_start_[p + 1];
-    std::partial_sum(edges_at_start_.begin(), edges_at_start_.end(), edges_at_start_.begin());
-    edges_at_.resize(2 * edges_.size());
-    Array<Index> cursor(edges_at_start_.begin(), edges_at_start_.end() - 1);
-    for (Index e = 0; e < static_cast<Index>(edges_.size()); ++e)
-      for (const Index p : edges_[e]) edges_at_[cursor[p]++] = e;
+    edges_at_ = Groups(points_, 2 * edges_.size(), [&](Index end) { return edges_[end / 2][end % 2]; });
+    for (Index& e : edges_at_.members) e /= 2;
   }
 
-  std::span<const Index> edges_at(Index p) const {
-    return {edges_at_.data() + edges_at_start_[p], edges_at_.data() + edges_at_start_[p + 1]};
-  }
+  Indices edges_at(Index p) const { return edges_at_[p]; }
   std::span<const FacetUse> uses_of(Index e) const {
     return {edge_uses_.data() + edge_use_start_[e], edge_uses_.data() + edge_use_start_[e + 1]};
   }
@@ -116,7 +107,7 @@ class Tracer {
   // the other.
   bool runs_through(Index p) const { return runs_through(p, edges_at(p)); }
 
-  bool runs_through(Index p, std::span<const Index> at) const {
+  bool runs_through(Index p, Indices at) const {
     if (at.size() != 2) return false;
     const auto a = uses_of(at[0]), b = uses_of(at[1]);
     const bool first_ends_here = edges_[at[0]][1] == p, second_ends_here = edges_[at[1]][1] == p;
@@ -130,7 +121,7 @@ class Tracer {
 
   // Counts the corners of faces in each fan. A fan that no outline bounds closes round its point; a
   // point that has one beside other fans is where sheets touch, and stays.
-  void find_corners() {
+  void find_chain_ends() {
     outlines_.is_chain_end.assign(points_, 0);
     for (Index p = 0; p < points_; ++p)
       if (!edges_at(p).empty() && !runs_through(p)) outlines_.is_chain_end[p] = 1;
@@ -198,11 +189,10 @@ class Tracer {
       outlines_.is_chain_end[origin(h)] = 1;
       inner.push_back({facet(h), origin(h)});
     }
-    std::sort(inner.begin(), inner.end());
-    inner.erase(std::unique(inner.begin(), inner.end()), inner.end());
+    sort_unique(inner);
   }
 
-  // FanCount that would be none if no sheets met inside of facets.
+  // Chain ends that would be none if no sheets met inside of facets.
   void count_touching_points() {
     std::vector<Index> borders;
     for (Index p = 0; p < points_; ++p) {
@@ -220,7 +210,7 @@ class Tracer {
       if (outlines_.is_chain_end[p])
         for (const Index e : edges_at(p))
           if (!walked_[e]) walk_from(p, e);
-    // What is left are closed chains without corners; their least point comes first, and the first of
+    // What is left are closed chains without ends; their least point comes first, and the first of
     // its edges leads to its lower neighbor.
     for (Index p = 0; p < points_; ++p) {
       const auto at = edges_at(p);
@@ -253,26 +243,26 @@ class Tracer {
     outlines_.use_start.push_back(static_cast<Index>(outlines_.uses.size()));
   }
 
-  std::span<const Face> faces_;
+  Faces faces_;
   Index points_;
   const Halfedges& halfedges_;
-  std::span<const Index> facet_;
-  std::span<const std::uint8_t> frozen_;
+  Indices facet_;
+  Flags frozen_;
   Outlines outlines_;
   Array<std::uint8_t> flags_;  // per halfedge
   std::vector<Edge> edges_;
   std::vector<Index> edge_use_start_{0};
   std::vector<FacetUse> edge_uses_;
   std::vector<std::uint8_t> edge_within_facets_;  // shared by sheets, but no facet ends there
-  Array<Index> edges_at_start_, edges_at_;
-  Array<std::uint8_t> touches_;  // per point: sheets touch there
+  Groups edges_at_;                               // per point
+  Array<std::uint8_t> touches_;                   // per point: sheets touch there
   std::vector<std::uint8_t> walked_;
 };
 
 }  // namespace
 
-Outlines trace_outlines(std::span<const Face> faces, Index point_count, const Halfedges& halfedges,
-                        std::span<const Index> facet_of_face, std::span<const std::uint8_t> frozen) {
+Outlines trace_outlines(Faces faces, Index point_count, const Halfedges& halfedges, Indices facet_of_face,
+                        Flags frozen) {
   return Tracer(faces, point_count, halfedges, facet_of_face, frozen).trace();
 }
 

@@ -1,10 +1,6 @@
 // The plane of a facet as the triangulator sees it.
 #pragma once
 
-#include <array>
-#include <cmath>
-#include <utility>
-
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {

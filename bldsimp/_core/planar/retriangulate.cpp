@@ -1,9 +1,5 @@
 #include "planar/retriangulate.hpp"
 
-#include <algorithm>
-#include <map>
-#include <mutex>
-
 #include "cdt/cdt.hpp"
 #include "mesh/distances.hpp"
 #include "mesh/double_word.hpp"
@@ -24,8 +20,7 @@ double height(const Triangle& triangle) {
 class Retriangulator {
  public:
   Retriangulator(const FacetParts& parts, const FacetChains& chains)
-      : parts_(parts), chains_(chains), local_of_point_(parts.points.size(), -1),
-        facet_of_point_(parts.points.size(), -1) {}
+      : parts_(parts), chains_(chains), facet_of_point_(parts.points.size(), -1) {}
 
   void run(Index facet, bool keep, Patches& patches) {
     if (keep || nothing_dropped(facet)) {
@@ -37,11 +32,10 @@ class Retriangulator {
     collect_segments(facet);
     patches.reach.push_back(0);
     patches.outcomes.push_back(triangulate(facet, patches));
-    for (const Index p : point_of_local_) local_of_point_[p] = -1;
   }
 
  private:
-  std::span<const Index> faces_of(Index facet) const {
+  Indices faces_of(Index facet) const {
     return {parts_.face_order.data() + parts_.face_start[facet],
             parts_.face_order.data() + parts_.face_start[facet + 1]};
   }
@@ -58,60 +52,37 @@ class Retriangulator {
     patches.facet_of_triangle.push_back(facet);
   }
 
-  Index local(Index point) {
-    Index& id = local_of_point_[point];
-    if (id < 0) {
-      id = static_cast<Index>(point_of_local_.size());
-      point_of_local_.push_back(point);
-    }
-    return id;
-  }
-
-  Face own_winding(Index facet, const Face& t) const {
-    return is_behind(parts_.outlines, facet) ? Face{t[0], t[2], t[1]} : t;
-  }
-
   void collect_segments(Index facet) {
-    point_of_local_.clear();
-    segments_.clear();
+    local_.begin(parts_.outlines, facet);
     piece_of_segment_.clear();
     for (Index u = chains_.use_start[facet]; u < chains_.use_start[facet + 1]; ++u) {
       const auto [chain, forward] = chains_.chain_uses[u];
       for (Index i = chains_.piece_start[chain]; i < chains_.piece_start[chain + 1]; ++i) {
-        const Piece& piece = parts_.pieces[i];
-        const Index from = local(piece.from), to = local(piece.to);
-        segments_.push_back(forward != is_behind(parts_.outlines, facet) ? std::array{from, to} : std::array{to, from});
+        local_.add_segment(parts_.pieces[i].from, parts_.pieces[i].to, forward);
         piece_of_segment_.push_back(i);
       }
     }
-    for (const auto& [_, point] : inner_of(parts_.outlines, facet)) local(point);
+    local_.end(parts_.outlines, facet);
   }
 
   // A facet whose pieces all lie on one another has vanished from both sides. One without an outline is
   // a component by itself, closed and without a plane, and there is no neighbor to close up in its place.
-  bool has_vanished() const { return !segments_.empty() && find_unopposed(segments_).empty(); }
+  bool has_vanished() const { return !local_.segments.empty() && find_unopposed(local_.segments).empty(); }
 
   Outcome triangulate(Index facet, Patches& patches) {
     if (has_vanished())
       return euler_agrees(facet, 0) && needles_stay_close(facet, {}, patches) ? Outcome::done : Outcome::mismatch;
     const Plane& plane = parts_.planes[front_of(parts_.outlines, facet)];
-    if (plane.normal == Vec3{0, 0, 0} || segments_.empty()) return Outcome::mismatch;
-    const Index least = *std::min_element(point_of_local_.begin(), point_of_local_.end());
-    const Projection projection(plane.normal, parts_.points[least]);
-    flat_.clear();
-    lift_.clear();
-    for (const Index p : point_of_local_) {
-      flat_.push_back(projection(parts_.points[p]));
-      lift_.push_back(projection.lift(parts_.points[p]));
-    }
+    if (plane.normal == Vec3{0, 0, 0} || local_.segments.empty()) return Outcome::mismatch;
+    const Projection projection = local_.project(parts_.points, plane.normal);
     TriangulateOptions options;
-    options.lift = lift_.data();
-    const Status status = triangulator_.run(flat_, segments_, options);
+    options.lift = local_.lift.data();
+    const Status status = triangulator_.run(local_.flat, local_.segments, options);
     patches.statistics += triangulator_.statistics();
     if (status != Status::done) {
       for (const Index s : triangulator_.crossing()) {
         put_back(facet, s, patches);
-        note_trouble(facet, segments_[s][0], segments_[s][1], patches);
+        note_trouble(facet, local_.segments[s][0], local_.segments[s][1], patches);
       }
       return Outcome::crossing;
     }
@@ -119,8 +90,7 @@ class Retriangulator {
     if (!euler_agrees(facet, triangulator_.triangles().size()) || !area_agrees(facet, projection) ||
         !needles_stay_close(facet, triangulator_.triangles(), patches))
       return Outcome::mismatch;
-    for (const auto& t : triangulator_.triangles())
-      emit(facet, own_winding(facet, {point_of_local_[t[0]], point_of_local_[t[1]], point_of_local_[t[2]]}), patches);
+    for (const auto& t : triangulator_.triangles()) emit(facet, local_.lifted(t), patches);
     return Outcome::done;
   }
 
@@ -130,7 +100,7 @@ class Retriangulator {
   }
 
   void note_trouble(Index facet, Index a, Index b, Patches& patches) const {
-    note_edge(facet, point_of_local_[a], point_of_local_[b], patches);
+    note_edge(facet, local_.points[a], local_.points[b], patches);
   }
   static void note_edge(Index facet, Index a, Index b, Patches& patches) {
     patches.trouble.push_back({facet, std::min(a, b), std::max(a, b)});
@@ -140,15 +110,15 @@ class Retriangulator {
   bool find_touching(Index facet, Patches& patches) {
     bool touching = false;
     for (const auto& [a, b, segment] : triangulator_.pieces()) {
-      const auto& ends = segments_[segment];
+      const auto& ends = local_.segments[segment];
       if (std::minmax(a, b) == std::minmax(ends[0], ends[1])) continue;
       touching = true;
       put_back(facet, segment, patches);
       note_trouble(facet, ends[0], ends[1], patches);
       for (const Index end : {a, b})
         if (end != ends[0] && end != ends[1]) note_trouble(facet, end, end, patches);
-      for (Index s = 0; s < static_cast<Index>(segments_.size()); ++s)
-        for (const Index end : segments_[s])
+      for (Index s = 0; s < static_cast<Index>(local_.segments.size()); ++s)
+        for (const Index end : local_.segments[s])
           if ((end == a || end == b) && end != ends[0] && end != ends[1]) put_back(facet, s, patches);
     }
     return touching;
@@ -171,11 +141,11 @@ class Retriangulator {
       rim_before += parts_.outlines.chain_start[chain + 1] - parts_.outlines.chain_start[chain] - 1;
       rim_after += chains_.piece_start[chain + 1] - chains_.piece_start[chain];
     }
-    if (std::ssize(find_unopposed(segments_)) < rim_after) return true;
+    if (std::ssize(find_unopposed(local_.segments)) < rim_after) return true;
     // Points - edges + triangles, where 2 edges = 3 triangles + edges of the rim; twice.
     const auto twice_euler = [](std::int64_t p, std::int64_t t, std::int64_t rim) { return 2 * p - t - rim; };
     return twice_euler(points, std::ssize(faces_of(facet)), rim_before) ==
-           twice_euler(std::ssize(point_of_local_), static_cast<std::int64_t>(triangles), rim_after);
+           twice_euler(std::ssize(local_.points), static_cast<std::int64_t>(triangles), rim_after);
   }
 
   // A slit: the facet lies on both sides of a chain. Its two uses of that chain stand side by side.
@@ -193,15 +163,15 @@ class Retriangulator {
     double absolute = 0, moved = 0;
     const auto at = [&](Index p) { return parts_.points[p]; };
     for (const Index f : faces_of(facet)) {
-      const Face face = own_winding(facet, parts_.faces[f]);
+      const Face face = local_.wind(parts_.faces[f]);
       const double area = projection.twice_area(at(face[0]), at(face[1]), at(face[2]));
       before = before + DoubleWord{area, 0};
       absolute += std::abs(area);
     }
     for (const auto& t : triangulator_.triangles())
-      after = after + DoubleWord{projection.twice_area(at(point_of_local_[t[0]]), at(point_of_local_[t[1]]),
-                                                       at(point_of_local_[t[2]])),
-                                 0};
+      after = after +
+              DoubleWord{
+                  projection.twice_area(at(local_.points[t[0]]), at(local_.points[t[1]]), at(local_.points[t[2]])), 0};
     double extent = 0;
     for (const Index i : piece_of_segment_) {
       const Piece& piece = parts_.pieces[i];
@@ -216,7 +186,7 @@ class Retriangulator {
   // What the outline winds round, other faces cover; a needle that does not face as the facet does (any, in a facet
   // without a plane) may cover more, and nothing else tells how far that is from the result. Measured in the
   // plane, since the width has its own part in the bound.
-  bool needles_stay_close(Index facet, std::span<const Face> triangles, Patches& patches) {
+  bool needles_stay_close(Index facet, Faces triangles, Patches& patches) {
     const Vec3 normal = parts_.planes[facet].normal;
     const std::vector<Index> folded = folded_needles(facet, normal);
     if (folded.empty()) return true;
@@ -226,11 +196,11 @@ class Retriangulator {
       return d - dot(normal, d) * normal;
     };
     std::vector<Vec3> points;
-    for (const Index p : point_of_local_) points.push_back(in_plane(p));
+    for (const Index p : local_.points) points.push_back(in_plane(p));
     std::vector<Face> covered(triangles.begin(), triangles.end());
-    for (const auto& [a, b] : segments_) covered.push_back({a, b, b});
+    for (const auto& [a, b] : local_.segments) covered.push_back({a, b, b});
     double extent = 0, enough = 0;
-    for (const Index p : point_of_local_) extent = std::max(extent, length(parts_.points[p]));
+    for (const Index p : local_.points) extent = std::max(extent, length(parts_.points[p]));
     for (const Index i : piece_of_segment_) enough = std::max(enough, parts_.pieces[i].deviation);
     const double limit = parts_.reach[facet], rounding = 4 * std::numeric_limits<double>::epsilon() * extent;
     const FaceTree tree(points, covered);
@@ -261,13 +231,9 @@ class Retriangulator {
   const FacetParts& parts_;
   const FacetChains& chains_;
   Triangulator triangulator_;
-  Array<Index> local_of_point_;
+  LocalFacet local_;
   Array<Index> facet_of_point_;  // the facet whose points were counted last
-  std::vector<Index> point_of_local_;
-  std::vector<Edge> segments_;
   std::vector<Index> piece_of_segment_;
-  std::vector<Point2> flat_;
-  std::vector<double> lift_;
 };
 
 struct EdgeUse {
@@ -276,7 +242,7 @@ struct EdgeUse {
   friend auto operator<=>(const EdgeUse&, const EdgeUse&) = default;
 };
 
-std::vector<EdgeUse> edge_uses(std::span<const Face> triangles, std::span<const Index> facet_of_triangle) {
+std::vector<EdgeUse> edge_uses(Faces triangles, Indices facet_of_triangle) {
   std::vector<EdgeUse> uses;
   uses.reserve(3 * triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t)
@@ -299,7 +265,7 @@ bool all_inner(std::span<const EdgeUse> uses) {
 
 // Pairs of triangles with the same corners and winding. All their edges are used twice the same way, so
 // only triangles between `crowded` points (a flag for each) are looked at.
-std::vector<IndexPair> find_copies(std::span<const Face> triangles, std::span<const std::uint8_t> crowded) {
+std::vector<IndexPair> find_copies(Faces triangles, Flags crowded) {
   std::vector<std::pair<Face, Index>> candidates;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     Face face = triangles[t];
@@ -315,7 +281,7 @@ std::vector<IndexPair> find_copies(std::span<const Face> triangles, std::span<co
   return copies;
 }
 
-std::size_t point_count_of(std::span<const Face> triangles) {
+std::size_t point_count_of(Faces triangles) {
   Index greatest = -1;
   for (const Face& t : triangles) greatest = std::max({greatest, t[0], t[1], t[2]});
   return static_cast<std::size_t>(greatest) + 1;
@@ -327,20 +293,9 @@ bool is_crowded(std::span<const EdgeUse> uses) {
   return forward > 1 || std::ssize(uses) - forward > 1;
 }
 
-template <class Item>
-void sort_unique(std::vector<Item>& items) {
-  std::sort(items.begin(), items.end());
-  items.erase(std::unique(items.begin(), items.end()), items.end());
-}
-
-template <class Item>
-void append(std::vector<Item>& items, const std::vector<Item>& more) {
-  items.insert(items.end(), more.begin(), more.end());
-}
-
 }  // namespace
 
-Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep) {
+Patches retriangulate(const FacetParts& parts, Indices wanted, Flags keep) {
   const FacetChains chains(parts.outlines, parts.pieces, parts.planes.size());
   // Each thread has neighboring facets with about as many faces as any other's; what they make is put
   // together in the order of the facets.
@@ -349,9 +304,8 @@ Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, st
     work[i + 1] = work[i] + 1 + parts.face_start[wanted[i] + 1] - parts.face_start[wanted[i]];
   // A thread has arrays of its own over all points: a few threads, and memory stays low.
   const std::size_t least_work = std::max(least_parallel_work, parts.points.size() / 2);
-  std::map<std::size_t, Patches> made;
-  std::mutex making;
-  parallel_for(
+  Patches patches;
+  parallel_collect(
       work.back(),
       [&](std::size_t begin, std::size_t end) {
         const auto facet_at = [&](std::size_t w) {
@@ -360,28 +314,25 @@ Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, st
         Patches own;
         Retriangulator retriangulator(parts, chains);
         for (auto i = facet_at(begin); i < facet_at(end); ++i) retriangulator.run(wanted[i], keep[wanted[i]] != 0, own);
-        const std::scoped_lock lock(making);
-        made[begin] = std::move(own);
+        return own;
+      },
+      [&](const Patches& own) {
+        append(patches.triangles, own.triangles);
+        append(patches.facet_of_triangle, own.facet_of_triangle);
+        append(patches.outcomes, own.outcomes);
+        append(patches.reach, own.reach);
+        append(patches.put_back, own.put_back);
+        append(patches.trouble, own.trouble);
+        patches.statistics += own.statistics;
       },
       least_work);
-  Patches patches;
-  for (const auto& [begin, own] : made) {
-    append(patches.triangles, own.triangles);
-    append(patches.facet_of_triangle, own.facet_of_triangle);
-    append(patches.outcomes, own.outcomes);
-    append(patches.reach, own.reach);
-    append(patches.put_back, own.put_back);
-    append(patches.trouble, own.trouble);
-    patches.statistics += own.statistics;
-  }
   sort_unique(patches.put_back);
   sort_unique(patches.trouble);
   return patches;
 }
 
-std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                                 const PieceEdges& expected, std::span<const std::uint8_t> keep,
-                                 std::span<const Index> back) {
+std::vector<Misfit> find_misfits(Faces triangles, Indices facet_of_triangle, const PieceEdges& expected, Flags keep,
+                                 Indices back) {
   const std::vector<EdgeUse> uses = edge_uses(triangles, facet_of_triangle);
   std::vector<Misfit> misfits;
   const auto blame = [&](Index facet, Edge edge) {

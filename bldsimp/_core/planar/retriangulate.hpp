@@ -2,9 +2,6 @@
 // together again.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "cdt/cdt.hpp"
 #include "mesh/vec3.hpp"
 #include "planar/facets.hpp"
@@ -37,27 +34,26 @@ struct Patches {
 
 // What every facet is made of; plain views, so that nothing is copied between stages.
 struct FacetParts {
-  std::span<const Vec3> points;
-  std::span<const Face> faces;
-  std::span<const Index> face_start;  // faces of facet f: face_order[face_start[f]] ..
-  std::span<const Index> face_order;
+  Points points;
+  Faces faces;
+  Indices face_start;  // faces of facet f: face_order[face_start[f]] ..
+  Indices face_order;
   std::span<const Plane> planes;
   const Outlines& outlines;
-  std::span<const Piece> pieces;       // of all chains, in the order of the chains
-  std::span<const std::uint8_t> kept;  // per point
-  std::span<const double> reach;       // per facet: greatest reach allowed
+  std::span<const Piece> pieces;  // of all chains, in the order of the chains
+  Flags kept;                     // per point
+  std::span<const double> reach;  // per facet: greatest reach allowed
 };
 
 // Facets in `wanted` are projected along the axis of their normal's greatest component (which leaves
 // exactly collinear points exactly collinear), triangulated there so that they are Delaunay in their
 // own plane, and checked: every piece is there unsplit, with the facet on its left, and the area agrees
 // with what thinning may have changed. Those with keep[facet] return their own faces.
-Patches retriangulate(const FacetParts& parts, std::span<const Index> wanted, std::span<const std::uint8_t> keep);
+Patches retriangulate(const FacetParts& parts, Indices wanted, Flags keep);
 
 // Piece edges must be used as `expected` tells, all others once each way by one facet, or by a facet and
 // its back (see Outlines); no triangle may be there twice. Facets in `keep` are never blamed. Sorted. O(n log n).
-std::vector<Misfit> find_misfits(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                                 const PieceEdges& expected, std::span<const std::uint8_t> keep,
-                                 std::span<const Index> back);
+std::vector<Misfit> find_misfits(Faces triangles, Indices facet_of_triangle, const PieceEdges& expected, Flags keep,
+                                 Indices back);
 
 }  // namespace bldsimp

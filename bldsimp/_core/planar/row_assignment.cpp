@@ -1,6 +1,5 @@
 #include "planar/row_assignment.hpp"
 
-#include <algorithm>
 #include <compare>
 #include <unordered_map>
 
@@ -12,8 +11,7 @@ namespace {
 // The faces of unchanged facets, by their facets and points.
 class UnchangedFaces {
  public:
-  UnchangedFaces(std::span<const Face> faces, std::span<const Index> facet_of_face,
-                 std::span<const std::uint8_t> unchanged) {
+  UnchangedFaces(Faces faces, Indices facet_of_face, Flags unchanged) {
     for (std::size_t f = 0; f < faces.size(); ++f)
       if (unchanged[facet_of_face[f]])
         sorted_.push_back({facet_of_face[f], least_first(faces[f]), static_cast<Index>(f)});
@@ -45,10 +43,9 @@ class UnchangedFaces {
 
 }  // namespace
 
-RowAssignment assign_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                          std::span<const Face> faces, const CornerRows& rows, std::span<const Index> facet_of_face,
-                          std::span<const Index> group_of_facet, std::span<const Index> part_of_facet,
-                          std::span<const std::uint8_t> unchanged, std::span<const std::uint8_t> kept) {
+RowAssignment assign_rows(Faces triangles, Indices facet_of_triangle, Faces faces, const CornerRows& rows,
+                          Indices facet_of_face, Indices group_of_facet, Indices part_of_facet, Flags unchanged,
+                          Flags kept) {
   const auto key = [](Index facet, Index point) {
     return static_cast<std::uint64_t>(facet) << 32 | static_cast<std::uint32_t>(point);
   };

@@ -1,9 +1,6 @@
 // Assign to each corner of the result the row of the file from which it reads its attributes.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "mesh/corner_rows.hpp"
 #include "mesh/vec3.hpp"
 
@@ -19,9 +16,8 @@ struct RowAssignment {
 // gets the least input row at its point that a face of the same facet uses; where the facet has none, one of the same
 // group of facets; else one of the same part. Every triangle's points are points of its part's faces, else this throws
 // InternalError. O(faces + triangles).
-RowAssignment assign_rows(std::span<const Face> triangles, std::span<const Index> facet_of_triangle,
-                          std::span<const Face> faces, const CornerRows& rows, std::span<const Index> facet_of_face,
-                          std::span<const Index> group_of_facet, std::span<const Index> part_of_facet,
-                          std::span<const std::uint8_t> unchanged, std::span<const std::uint8_t> kept);
+RowAssignment assign_rows(Faces triangles, Indices facet_of_triangle, Faces faces, const CornerRows& rows,
+                          Indices facet_of_face, Indices group_of_facet, Indices part_of_facet, Flags unchanged,
+                          Flags kept);
 
 }  // namespace bldsimp

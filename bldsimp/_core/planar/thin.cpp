@@ -1,15 +1,12 @@
 #include "planar/thin.hpp"
 
-#include <algorithm>
-#include <numeric>
-
 #include "mesh/errors.hpp"
 #include "mesh/predicates.hpp"
 
 namespace bldsimp {
 namespace {
 
-// Splits at the farthest point go on so deep before intervals are halve as well. Chains of that many corners
+// Splits at the farthest point go on so deep before intervals are halved as well. Chains of that many corners
 // never get there, and each level costs as much as the chain is long.
 constexpr int unbalanced = 32;
 
@@ -26,7 +23,7 @@ bool exactly_on_segment(Vec3 p, Vec3 a, Vec3 b) {
 
 class Thinner {
  public:
-  Thinner(std::span<const Vec3> points, std::span<const Index> chain, double limit, std::span<std::uint8_t> kept)
+  Thinner(Points points, Indices chain, double limit, std::span<std::uint8_t> kept)
       : points_(points), chain_(chain), limit_(limit), kept_(kept) {}
 
   void thin() {
@@ -151,8 +148,8 @@ class Thinner {
     kept_[chain_[best]] = 1;
   }
 
-  std::span<const Vec3> points_;
-  std::span<const Index> chain_;
+  Points points_;
+  Indices chain_;
   double limit_;
   std::span<std::uint8_t> kept_;
   std::vector<std::uint8_t> must_;  // per position: kept from the start
@@ -160,13 +157,13 @@ class Thinner {
   std::vector<std::size_t> stay_, after_;
 };
 
-std::span<const Index> chain_points(const Outlines& outlines, std::size_t c) {
+Indices chain_points(const Outlines& outlines, std::size_t c) {
   return {outlines.chain_points.data() + outlines.chain_start[c],
           outlines.chain_points.data() + outlines.chain_start[c + 1]};
 }
 
 // The uses of pieces that share both ends, seen from the lower to the upper end.
-std::vector<FacetUse> all_uses(std::span<const Piece> pieces, std::span<const Index> same, const Outlines& outlines) {
+std::vector<FacetUse> all_uses(std::span<const Piece> pieces, Indices same, const Outlines& outlines) {
   std::vector<FacetUse> uses;
   for (const Index i : same) {
     const Piece& piece = pieces[i];
@@ -191,16 +188,15 @@ std::vector<FacetUse> cancel_opposites(std::span<const FacetUse> uses) {
 
 }  // namespace
 
-std::vector<std::uint8_t> thin_chains(std::span<const Vec3> points, const Outlines& outlines,
-                                      std::span<const double> limit, std::span<const std::uint8_t> keep) {
+std::vector<std::uint8_t> thin_chains(Points points, const Outlines& outlines, std::span<const double> limit,
+                                      Flags keep) {
   std::vector<std::uint8_t> kept(keep.begin(), keep.end());
   for (std::size_t c = 0; c + 1 < outlines.chain_start.size(); ++c)
     Thinner(points, chain_points(outlines, c), limit[c], kept).thin();
   return kept;
 }
 
-std::vector<Piece> lay_pieces(std::span<const Vec3> points, const Outlines& outlines,
-                              std::span<const std::uint8_t> kept) {
+std::vector<Piece> lay_pieces(Points points, const Outlines& outlines, Flags kept) {
   std::vector<Piece> pieces;
   for (std::size_t c = 0; c + 1 < outlines.chain_start.size(); ++c) {
     const auto chain = chain_points(outlines, c);
@@ -225,15 +221,11 @@ std::vector<Piece> lay_pieces(std::span<const Vec3> points, const Outlines& outl
 
 PieceEdges merge_pieces(std::span<const Piece> pieces, const Outlines& outlines) {
   const auto ends = [&](Index i) { return std::minmax(pieces[i].from, pieces[i].to); };
-  std::vector<Index> order(pieces.size());
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<Index> order = list_indices(pieces.size());
   std::sort(order.begin(), order.end(), [&](Index i, Index j) { return ends(i) < ends(j); });
   PieceEdges result;
-  for (auto from = order.begin(); from != order.end();) {
-    auto to = from + 1;
-    while (to != order.end() && ends(*to) == ends(*from)) ++to;
-    const std::span<const Index> same(from, to);
-    from = to;
+  const auto same_ends = [&](Index i, Index j) { return ends(i) == ends(j); };
+  for_runs(order, same_ends, [&](Indices same) {
     std::vector<FacetUse> uses = all_uses(pieces, same, outlines);
     if (same.size() > 1) {
       const std::vector<FacetUse> remaining = cancel_opposites(uses);
@@ -241,7 +233,7 @@ PieceEdges merge_pieces(std::span<const Piece> pieces, const Outlines& outlines)
       const bool closed_slit = uses.size() == 2 && remaining.empty();
       if (joined || closed_slit) {
         ++result.healed;
-        result.healed_pieces.insert(result.healed_pieces.end(), same.begin(), same.end());
+        append(result.healed_pieces, same);
       } else {
         for (const Index i : same)
           if (pieces[i].farthest >= 0) result.clashing.push_back(pieces[i].farthest);
@@ -249,11 +241,10 @@ PieceEdges merge_pieces(std::span<const Piece> pieces, const Outlines& outlines)
       if (joined) uses = remaining;
     }
     result.edges.push_back({ends(same[0]).first, ends(same[0]).second});
-    result.uses.insert(result.uses.end(), uses.begin(), uses.end());
+    append(result.uses, uses);
     result.use_start.push_back(static_cast<Index>(result.uses.size()));
-  }
-  std::sort(result.clashing.begin(), result.clashing.end());
-  result.clashing.erase(std::unique(result.clashing.begin(), result.clashing.end()), result.clashing.end());
+  });
+  sort_unique(result.clashing);
   return result;
 }
 

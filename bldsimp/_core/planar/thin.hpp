@@ -1,9 +1,6 @@
 // Thin: which points of the chains stay, and the straight pieces that replace what goes.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "mesh/vec3.hpp"
 #include "planar/outlines.hpp"
 
@@ -20,12 +17,11 @@ struct Piece {
 // A flag for each point: what stays of each chain, which is `keep` (points that must stay), its ends, and what is
 // needed so that every dropped point is within limit[chain] of its piece. A limit of 0 drops exactly collinear points
 // only. A closed chain keeps at least three points. O(n log n).
-std::vector<std::uint8_t> thin_chains(std::span<const Vec3> points, const Outlines& outlines,
-                                      std::span<const double> limit, std::span<const std::uint8_t> keep);
+std::vector<std::uint8_t> thin_chains(Points points, const Outlines& outlines, std::span<const double> limit,
+                                      Flags keep);
 
 // The pieces between kept points, chain by chain. Throws InternalError where an end of a chain is not kept.
-std::vector<Piece> lay_pieces(std::span<const Vec3> points, const Outlines& outlines,
-                              std::span<const std::uint8_t> kept);
+std::vector<Piece> lay_pieces(Points points, const Outlines& outlines, Flags kept);
 
 // The edges that the pieces make, each once, with the uses that the finished mesh must show there.
 struct PieceEdges {

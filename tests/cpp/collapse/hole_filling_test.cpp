@@ -1,4 +1,4 @@
-// HoleFilling: what they close is closed, near the surface, and crosses nothing.
+// Hole filling: what it closes is closed, near the surface, and crosses nothing.
 #include <algorithm>
 #include <random>
 #include <vector>

@@ -1,4 +1,4 @@
-// CrossingTracker of a mesh that changes, beside a search through all of its faces after each step.
+// Crossings of a mesh that changes, beside a search through all of its faces after each step.
 #include "mesh/crossings.hpp"
 
 #include <algorithm>
