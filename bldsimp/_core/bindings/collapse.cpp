@@ -26,13 +26,14 @@ void bind_collapse(nb::module_& m) {
   result.def_ro("deviation", &CollapseResult::deviation)
       .def_ro("accepted", &CollapseResult::accepted)
       .def_ro("moved", &CollapseResult::moved);
-  m.def("collapse",
-        unlocked([](Points points, Faces surface, Indices label, Flags pinned, Flags left_out, double tolerance,
-                    int decimals, bool single, Index lids, Progress* progress) {
-          return collapse({points, surface, label, pinned, left_out, lids, tolerance, decimals, single, progress});
-        }),
-        "points"_a, "surface"_a, "label"_a, "pinned"_a, "left_out"_a, "tolerance"_a, "decimals"_a, "single"_a,
-        "lids"_a = 0, "progress"_a = nb::none());
+  m.def(
+      "collapse",
+      unlocked([](Points points, Faces surface, Indices label, Flags pinned, Flags left_out, double tolerance,
+                  int decimals, bool single, Index fill_count, Progress* progress) {
+        return collapse({points, surface, label, pinned, left_out, fill_count, tolerance, decimals, single, progress});
+      }),
+      "points"_a, "surface"_a, "label"_a, "pinned"_a, "left_out"_a, "tolerance"_a, "decimals"_a, "single"_a,
+      "fill_count"_a = 0, "progress"_a = nb::none());
 }
 
 }  // namespace bldsimp

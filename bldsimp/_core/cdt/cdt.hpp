@@ -1,4 +1,4 @@
-// Constrained Delaunay triangulation by morphological recognition.
+// Triangulate points and segments: constrained Delaunay triangulation by morphological recognition.
 //
 // Points are inserted one by one, in rounds along a Hilbert curve, each located by a walk that crosses
 // the edge which sees it on the other side; Lawson flips keep the net Delaunay. Each segment then swaps

@@ -1,5 +1,5 @@
-// The order in which points are inserted: in rounds, each along a Hilbert curve, so that a point lies
-// near the last one, and no arrangement of the points is the worst case.
+// Order points for insertion: in rounds, each along a Hilbert curve. Each point then lies near the last one, and no
+// arrangement of the points is the worst case.
 #pragma once
 
 #include "mesh/predicates.hpp"

@@ -1,4 +1,4 @@
-// When a diagonal must be swapped: the Delaunay criterion of Triangulator, its ties and its ghosts.
+// Decide whether to swap a diagonal: the Delaunay criterion of Triangulator, its ties and its ghosts.
 // Internal to the triangulation; inline, since insertion spends most of its time here.
 #pragma once
 

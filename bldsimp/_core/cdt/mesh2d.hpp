@@ -1,4 +1,4 @@
-// The net of triangles: halfedges, flips and stars. Topology only; it knows no coordinates.
+// Hold a mesh of triangles in the plane: halfedges, flips and stars. Topology only; it knows no coordinates.
 //
 // Halfedge 4t + i is edge i of triangle t, from vertex i to vertex i + 1 (modulo 3), interior on the
 // left. The hull is closed by ghost triangles that share the vertex `infinite`, so that every

@@ -1,12 +1,12 @@
-// Triangles of polygons in space, as files hold them: concave, not quite plane, touching themselves.
+// Triangulate polygons in space, as files hold them: concave, not quite plane, touching themselves.
 #pragma once
 
-#include "mesh/predicates.hpp"
+#include "mesh/vec3.hpp"
 
 namespace bldsimp {
 
 struct PolygonFaces {
-  std::vector<std::array<Index, 3>> faces;
+  std::vector<Face> faces;
   std::vector<Index> polygon_of_face;
 };
 
@@ -18,7 +18,6 @@ struct PolygonFaces {
 // than three different positions: no face.
 // Preconditions: finite points, rising offsets, corners in range. O(n log n) per polygon, O(n^2) or
 // worse for one that crosses itself.
-PolygonFaces triangulate_polygons(std::span<const Point3> points, std::span<const std::int64_t> offsets,
-                                  Indices corners);
+PolygonFaces triangulate_polygons(Points points, std::span<const std::int64_t> offsets, Indices corners);
 
 }  // namespace bldsimp

@@ -1,4 +1,4 @@
-// What of a surface can go as one piece.
+// Find the bodies of a surface: what can be removed as a whole.
 #pragma once
 
 #include "mesh/vec3.hpp"

@@ -1,4 +1,4 @@
-// Where a surface ends, or parts into labels.
+// Find the edges at which a surface ends, or two labels meet.
 #pragma once
 
 #include "mesh/vec3.hpp"

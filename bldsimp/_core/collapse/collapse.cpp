@@ -137,7 +137,7 @@ void collapse_block(const CollapseInput& input, const Remainder& now, Flags shar
   const auto sources = select<Index>(now.source, block.members);
   std::vector<Face> surface;
   for (std::size_t i = 0; i < faces.size(); ++i)
-    if (!input.is_lid(sources[i])) surface.push_back(faces[i]);
+    if (!input.is_filling(sources[i])) surface.push_back(faces[i]);
   block.stays = surface.empty();
   if (block.stays) return;
   const auto label = select(input.label, sources);
@@ -203,12 +203,7 @@ void collapse_blocks(const CollapseInput& input, Remainder& now, CollapseResult&
   if (blocks.size() < 2) return;
   const auto shared = find_shared_points(input, now, blocks);
   add_boxes(now, input.tolerance, blocks);
-  parallel_for(
-      blocks.size(),
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; ++b) collapse_block(input, now, shared, blocks, blocks[b]);
-      },
-      1);
+  parallel_each(blocks.size(), [&](Index b) { collapse_block(input, now, shared, blocks, blocks[b]); }, 1);
   JoinedBlocks after = join_blocks(now, blocks);
   if (part_blocks(now, after, blocks)) after = join_blocks(now, blocks);
   for (const SurfaceBlock& block : blocks) {
@@ -227,7 +222,7 @@ CollapseResult collapse(const CollapseInput& input) {
   const auto surface = input.counting();
   const std::vector<Face> bounded = now.faces;
   const auto bounded_label = select<Index>(input.label, now.source);
-  const bool same = bounded.size() == surface.size() && input.lids == 0;
+  const bool same = bounded.size() == surface.size() && input.fill_count == 0;
   CollapseResult total;
   collapse_blocks(input, now, total);
   const auto label = select<Index>(input.label, now.source);

@@ -1,4 +1,4 @@
-// Fewer points by collapsing edges, as far as a certified bound allows.
+// Collapse edges as far as a certified bound allows.
 #pragma once
 
 #include <atomic>
@@ -17,19 +17,19 @@ struct Progress {
 
 struct CollapseInput {
   Points points;
-  Faces surface;   // what the tolerance counts from, and lids after it
-  Indices label;   // of each face; edges between two labels stay edges between them
-  Flags pinned;    // faces that stay
-  Flags left_out;  // faces that are not to be in the result; others must hold them
-  Index lids;      // the last so many faces close the surface, and are none of it
+  Faces surface;     // what the tolerance counts from, and after it faces that fill holes
+  Indices label;     // of each face; edges between two labels stay edges between them
+  Flags pinned;      // faces that stay
+  Flags left_out;    // faces that are not to be in the result; others must hold them
+  Index fill_count;  // the last so many faces close the surface, and are none of it
   double tolerance;
   int decimals;        // that a moved point is rounded to; below 0 none moves
   bool single;         // whether a moved point is rounded to single precision after that
   Progress* progress;  // or none
 
   // What the tolerance counts from.
-  Faces counting() const { return surface.first(surface.size() - static_cast<std::size_t>(lids)); }
-  bool is_lid(Index face) const { return static_cast<std::size_t>(face) >= counting().size(); }
+  Faces counting() const { return surface.first(surface.size() - static_cast<std::size_t>(fill_count)); }
+  bool is_filling(Index face) const { return static_cast<std::size_t>(face) >= counting().size(); }
 };
 
 struct CollapseResult {

@@ -381,14 +381,12 @@ static double farthest(Points points, Faces faces, const FaceTree& other, Indice
   }
   const double enough = std::max(known, other.farthest(some, std::numeric_limits<double>::infinity()) + precision);
   std::vector<double> reach(faces.size());
-  parallel_for(
+  parallel_each(
       faces.size(),
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t f = begin; f < end; ++f) {
-          const Triangle own = corners_of(faces[f], points);
-          reach[f] = other.reach(own, enough, precision, guesses.empty() ? 0 : guesses[f]);
-          if (reach[f] > limit && other.holds(own, limit)) reach[f] = limit;
-        }
+      [&](Index f) {
+        const Triangle own = corners_of(faces[f], points);
+        reach[f] = other.reach(own, enough, precision, guesses.empty() ? 0 : guesses[f]);
+        if (reach[f] > limit && other.holds(own, limit)) reach[f] = limit;
       },
       64);
   return std::accumulate(reach.begin(), reach.end(), known, [](double a, double b) { return std::max(a, b); });

@@ -1,4 +1,4 @@
-// What is left of a surface while its edges collapse, and the standing proof that both are near one another.
+// Hold what is left of a surface while its edges collapse, and the proof that both are near one another.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// The standing proof that a surface lies within a limit of another one that keeps changing.
+// Keep the proof that a surface lies within a limit of another one that keeps changing.
 #pragma once
 
 #include "mesh/distances.hpp"

@@ -1,4 +1,4 @@
-// How far apart two fans of faces over the same ring are.
+// Bound the distance between two fans of faces over the same ring.
 #pragma once
 
 #include "mesh/vec3.hpp"

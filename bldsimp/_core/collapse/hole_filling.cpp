@@ -26,17 +26,78 @@ struct Ear {
 class HoleFiller {
  public:
   HoleFiller(Points points, Faces faces, double limit);
-  std::vector<std::vector<Index>> loops() const;
-  bool close(Indices loop, std::vector<Face>& lid);
+
+  // Open halfedges, each loop from the one of its least point on.
+  std::vector<std::vector<Index>> loops() const {
+    std::vector<std::vector<Index>> found;
+    std::vector<bool> seen(open_.size(), false);
+    for (std::size_t p = 0; p < open_.size(); ++p) {
+      if (open_[p] < 0 || seen[p]) continue;
+      std::vector<Index> loop;
+      auto at = static_cast<Index>(p);
+      while (open_[at] >= 0 && !seen[at]) {
+        seen[at] = true;
+        loop.push_back(open_[at]);
+        at = target(faces_, open_[at]);
+      }
+      if (at == static_cast<Index>(p)) found.push_back(std::move(loop));
+    }
+    return found;
+  }
+
+  bool close(Indices loop, std::vector<Face>& filling) {
+    beside_.clear();
+    ears_ = {};
+    left_ = loop.size();
+    for (const Index h : loop) {
+      const Index a = origin(faces_, h), b = target(faces_, h);
+      next_[b] = a;
+      before_[a] = b;
+      beside_[key(a, b)] = normal(faces_[h / 3]);
+    }
+    for (const Index h : loop) push(origin(faces_, h));
+    while (!ears_.empty()) {
+      const Ear ear = ears_.top();
+      ears_.pop();
+      if (stamp_[ear.middle] != ear.stamp || !fits(ear.middle)) continue;
+      const Index a = before_[ear.middle], b = next_[ear.middle];
+      filling.push_back({a, ear.middle, b});
+      if (left_-- == 3) return true;
+      ++stamp_[ear.middle];
+      next_[a] = b;
+      before_[b] = a;
+      beside_[key(a, b)] = normal(filling.back());
+      edges_[key(a, b)] = 2;
+      push(a);
+      push(b);
+    }
+    for (const auto& [a, middle, b] : filling) edges_.erase(key(a, b));
+    return false;
+  }
 
  private:
   static std::uint64_t key(Index a, Index b) {
     return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
   }
   Vec3 normal(const Face& f) const { return area_vector(corners_of(f, points_)); }
-  bool folds(const Face& face, Index a, Index b) const;
-  bool fits(Index middle);
-  void push(Index middle);
+
+  bool folds(const Face& face, Index a, Index b) const {
+    const Vec3 n = normal(face), m = beside_.at(key(a, b));
+    return dot(n, m) < kFolded * length(n) * length(m);
+  }
+
+  bool fits(Index middle) {
+    const Index a = before_[middle], b = next_[middle];
+    const Face face{a, middle, b};
+    if (folds(face, a, middle) || folds(face, middle, b)) return false;
+    if (left_ == 3 ? folds(face, b, a) : edges_.contains(key(a, b))) return false;
+    return tree_.holds(corners_of(face, points_), limit_);
+  }
+
+  void push(Index middle) {
+    const Vec3 way = points_[next_[middle]] - points_[before_[middle]];
+    ears_.push({dot(way, way), middle, ++stamp_[middle]});
+  }
 
   std::vector<Vec3> points_;  // about a local origin
   Faces faces_;
@@ -68,81 +129,15 @@ HoleFiller::HoleFiller(Points points, Faces faces, double limit)
       if (ends[f[i]] && ends[f[(i + 1) % 3]]) ++edges_[key(f[i], f[(i + 1) % 3])];
 }
 
-// Open halfedges, each loop from the one of its least point on.
-std::vector<std::vector<Index>> HoleFiller::loops() const {
-  std::vector<std::vector<Index>> found;
-  std::vector<bool> seen(open_.size(), false);
-  for (std::size_t p = 0; p < open_.size(); ++p) {
-    if (open_[p] < 0 || seen[p]) continue;
-    std::vector<Index> loop;
-    auto at = static_cast<Index>(p);
-    while (open_[at] >= 0 && !seen[at]) {
-      seen[at] = true;
-      loop.push_back(open_[at]);
-      at = target(faces_, open_[at]);
-    }
-    if (at == static_cast<Index>(p)) found.push_back(std::move(loop));
-  }
-  return found;
-}
-
-bool HoleFiller::folds(const Face& face, Index a, Index b) const {
-  const Vec3 n = normal(face), m = beside_.at(key(a, b));
-  return dot(n, m) < kFolded * length(n) * length(m);
-}
-
-void HoleFiller::push(Index middle) {
-  const Vec3 way = points_[next_[middle]] - points_[before_[middle]];
-  ears_.push({dot(way, way), middle, ++stamp_[middle]});
-}
-
-bool HoleFiller::fits(Index middle) {
-  const Index a = before_[middle], b = next_[middle];
-  const Face face{a, middle, b};
-  if (folds(face, a, middle) || folds(face, middle, b)) return false;
-  if (left_ == 3 ? folds(face, b, a) : edges_.contains(key(a, b))) return false;
-  return tree_.holds(corners_of(face, points_), limit_);
-}
-
-bool HoleFiller::close(Indices loop, std::vector<Face>& lid) {
-  beside_.clear();
-  ears_ = {};
-  left_ = loop.size();
-  for (const Index h : loop) {
-    const Index a = origin(faces_, h), b = target(faces_, h);
-    next_[b] = a;
-    before_[a] = b;
-    beside_[key(a, b)] = normal(faces_[h / 3]);
-  }
-  for (const Index h : loop) push(origin(faces_, h));
-  while (!ears_.empty()) {
-    const Ear ear = ears_.top();
-    ears_.pop();
-    if (stamp_[ear.middle] != ear.stamp || !fits(ear.middle)) continue;
-    const Index a = before_[ear.middle], b = next_[ear.middle];
-    lid.push_back({a, ear.middle, b});
-    if (left_-- == 3) return true;
-    ++stamp_[ear.middle];
-    next_[a] = b;
-    before_[b] = a;
-    beside_[key(a, b)] = normal(lid.back());
-    edges_[key(a, b)] = 2;
-    push(a);
-    push(b);
-  }
-  for (const auto& [a, middle, b] : lid) edges_.erase(key(a, b));
-  return false;
-}
-
 bool has_one_label(Indices loop, Indices label, Flags pinned) {
   return std::all_of(loop.begin(), loop.end(),
                      [&](Index h) { return label[h / 3] == label[loop[0] / 3] && !pinned[h / 3]; });
 }
 
-// Which of the lids' loops stay open, since a face of theirs crosses another one.
-std::vector<bool> find_crossing_loops(Points points, Faces faces, Faces lids, Indices loop, std::size_t loops) {
+// Which of the fillings' loops stay open, since a face of theirs crosses another one.
+std::vector<bool> find_crossing_loops(Points points, Faces faces, Faces fillings, Indices loop, std::size_t loops) {
   std::vector<Face> all(faces.begin(), faces.end());
-  append(all, lids);
+  append(all, fillings);
   std::vector<std::uint8_t> wanted(all.size(), 0);
   std::fill(wanted.begin() + static_cast<std::ptrdiff_t>(faces.size()), wanted.end(), 1);
   std::vector<bool> stays(loops, false);
@@ -157,13 +152,13 @@ std::vector<bool> find_crossing_loops(Points points, Faces faces, Faces lids, In
 
 HoleFilling fill_holes(Points points, Faces faces, Indices label, Flags pinned, double limit) {
   HoleFiller closing(points, faces, limit);
-  std::vector<Face> made, lid;
+  std::vector<Face> made, filling;
   std::vector<Index> loop_of, beside;
   std::size_t loops = 0;
   for (const auto& loop : closing.loops()) {
-    lid.clear();
-    if (!has_one_label(loop, label, pinned) || !closing.close(loop, lid)) continue;
-    for (const Face& face : lid) {
+    filling.clear();
+    if (!has_one_label(loop, label, pinned) || !closing.close(loop, filling)) continue;
+    for (const Face& face : filling) {
       made.push_back(face);
       loop_of.push_back(static_cast<Index>(loops));
       beside.push_back(loop[0] / 3);
@@ -171,14 +166,14 @@ HoleFilling fill_holes(Points points, Faces faces, Indices label, Flags pinned, 
     ++loops;
   }
   const std::vector<bool> stays = find_crossing_loops(points, faces, made, loop_of, loops);
-  HoleFilling lids;
-  lids.closed = static_cast<Index>(std::count(stays.begin(), stays.end(), false));
+  HoleFilling fillings;
+  fillings.closed = static_cast<Index>(std::count(stays.begin(), stays.end(), false));
   for (std::size_t f = 0; f < made.size(); ++f) {
     if (stays[loop_of[f]]) continue;
-    lids.faces.push_back(made[f]);
-    lids.beside.push_back(beside[f]);
+    fillings.faces.push_back(made[f]);
+    fillings.beside.push_back(beside[f]);
   }
-  return lids;
+  return fillings;
 }
 
 }  // namespace bldsimp

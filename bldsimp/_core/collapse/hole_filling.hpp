@@ -1,4 +1,4 @@
-// Faces that close boundary loops.
+// Close boundary loops with faces.
 #pragma once
 
 #include "mesh/vec3.hpp"
@@ -7,7 +7,7 @@ namespace bldsimp {
 
 struct HoleFilling {
   std::vector<Face> faces;
-  std::vector<Index> beside;  // of each lid's face, a face that the loop bounds
+  std::vector<Index> beside;  // of each of them, a face that the loop bounds
   Index closed = 0;           // loops
 };
 

@@ -1,4 +1,4 @@
-// Sums of squared distances to weighted planes.
+// Sum squared distances to weighted planes.
 #pragma once
 
 #include "mesh/eigen.hpp"

@@ -1,4 +1,4 @@
-// Which bodies of a surface the others make needless.
+// Find the bodies of a surface that the others make redundant.
 #pragma once
 
 #include "mesh/vec3.hpp"

@@ -1,4 +1,4 @@
-// Whole numbers of any length: the last resort of the predicates, for coordinates so far apart in
+// Compute with whole numbers of any length: the last resort of the predicates, for coordinates so far apart in
 // magnitude that expansions would overflow or underflow. Slow, short, and exact for every double.
 #pragma once
 

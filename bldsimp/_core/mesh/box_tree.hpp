@@ -1,4 +1,4 @@
-// A tree of boxes over some faces of a mesh.
+// Build a tree of boxes over some faces of a mesh.
 #pragma once
 
 #include <limits>

@@ -161,17 +161,17 @@ std::vector<IndexPair> find_crossings(Points points, Faces faces, Flags wanted) 
   std::vector<Box> boxes;
   for (const Index f : order) boxes.push_back(box_of(corners_of(faces[f], points)));
   std::vector<std::vector<IndexPair>> found((faces.size() + kBlock - 1) / kBlock);
-  parallel_for(
+  parallel_each(
       found.size(),
-      [&](std::size_t begin, std::size_t end) {
-        const std::size_t last = std::min(end * kBlock, faces.size());
-        for (auto i = static_cast<Index>(begin * kBlock); i < static_cast<Index>(last); ++i) {
+      [&](Index block) {
+        const std::size_t last = std::min((block + 1) * kBlock, faces.size());
+        for (auto i = static_cast<Index>(block * kBlock); i < static_cast<Index>(last); ++i) {
           if (!wanted[order[i]]) continue;
           const OrientedTriangle own(index_triangle(faces[order[i]], points));
           tree.visit(boxes[i], [&](Index k) {
             const bool first = k > i || !wanted[order[k]];
             if (first && boxes[k].meets(boxes[i]) && crosses(own, index_triangle(faces[order[k]], points)))
-              found[i / kBlock].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
+              found[block].push_back({std::min(order[i], order[k]), std::max(order[i], order[k])});
             return true;
           });
         }

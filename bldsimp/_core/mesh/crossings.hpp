@@ -1,4 +1,4 @@
-// Triangles that pass through one another.
+// Find triangles that pass through one another.
 #pragma once
 
 #include <optional>

@@ -212,15 +212,13 @@ bool FaceTree::holds(const Triangle& triangle, double limit) const {
 std::vector<double> FaceTree::distances(Points queries) const {
   std::vector<double> found(queries.size(), kFar);
   if (triangles_.empty()) return found;
-  parallel_for((queries.size() + kBlock - 1) / kBlock,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t block = begin; block < end; ++block) {
-                   Index nearest = 0;
-                   const std::size_t last = std::min((block + 1) * kBlock, queries.size());
-                   for (std::size_t i = block * kBlock; i < last; ++i) found[i] = distance(queries[i], nearest);
-                 }
-               },
-               kLeastBlocks);
+  parallel_each((queries.size() + kBlock - 1) / kBlock,
+                [&](Index block) {
+                  Index nearest = 0;
+                  const std::size_t last = std::min((block + 1) * kBlock, queries.size());
+                  for (std::size_t i = block * kBlock; i < last; ++i) found[i] = distance(queries[i], nearest);
+                },
+                kLeastBlocks);
   return found;
 }
 
@@ -228,16 +226,14 @@ double FaceTree::farthest(Points queries, double limit) const {
   if (triangles_.empty()) return queries.empty() ? 0.0 : kFar;
   std::vector<double> greatest((queries.size() + kBlock - 1) / kBlock, 0.0);
   std::atomic<bool> beyond = false;
-  parallel_for(
+  parallel_each(
       greatest.size(),
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t block = begin; block < end; ++block) {
-          Index nearest = 0;
-          const std::size_t last = std::min((block + 1) * kBlock, queries.size());
-          for (std::size_t i = block * kBlock; i < last && !beyond; ++i) {
-            greatest[block] = std::max(greatest[block], distance(queries[i], nearest));
-            if (greatest[block] > limit) beyond = true;
-          }
+      [&](Index block) {
+        Index nearest = 0;
+        const std::size_t last = std::min((block + 1) * kBlock, queries.size());
+        for (std::size_t i = block * kBlock; i < last && !beyond; ++i) {
+          greatest[block] = std::max(greatest[block], distance(queries[i], nearest));
+          if (greatest[block] > limit) beyond = true;
         }
       },
       kLeastBlocks);

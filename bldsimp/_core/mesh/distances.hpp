@@ -1,4 +1,4 @@
-// How far points lie from a surface of faces: the measure behind every comparison.
+// Measure how far points lie from a surface of faces.
 #pragma once
 
 #include "mesh/box_tree.hpp"

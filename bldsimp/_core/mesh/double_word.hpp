@@ -1,4 +1,4 @@
-// Sums of two doubles, rounded to about 106 bits: the stage between the filter and expansions.
+// Compute with sums of two doubles, rounded to about 106 bits: the stage between the filter and expansions.
 //
 // Source: M. Joldes, J.-M. Muller, V. Popescu, "Tight and Rigorous Error Bounds for Basic Building
 // Blocks of Double-Word Arithmetic", 2017: the sum is its algorithm 6 (relative error at most

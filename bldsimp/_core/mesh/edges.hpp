@@ -1,4 +1,4 @@
-// The edges of a mesh, each with the halfedges on it.
+// Visit the edges of a mesh, each with the halfedges on it.
 #pragma once
 
 #include "mesh/vec3.hpp"

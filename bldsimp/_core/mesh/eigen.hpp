@@ -1,4 +1,4 @@
-// Eigenvectors of symmetric 3 x 3 matrices, without any library, so that every machine gets the same bits.
+// Find the eigenvectors of symmetric 3 x 3 matrices, without any library, so that every machine gets the same bits.
 #pragma once
 
 #include "mesh/vec3.hpp"

@@ -1,4 +1,4 @@
-// Exact sums and products of doubles as expansions: sums of terms that do not overlap, least first.
+// Add and multiply doubles exactly, as expansions: sums of terms that do not overlap, least first.
 //
 // Source: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 // Predicates", 1997. Zero terms are dropped as they arise, so that short numbers (grids, single

@@ -1,4 +1,4 @@
-// Sets of faces, joined across edges.
+// Join faces into sets across edges.
 #pragma once
 
 #include "mesh/parallel.hpp"

@@ -1,4 +1,4 @@
-// A triangle in a frame of its own, made for exact distances to it.
+// Put a triangle into a frame of its own, for exact distances to it.
 #pragma once
 
 #include <limits>

@@ -1,4 +1,4 @@
-// Half-edges: which halfedge is the twin of which.
+// Pair halfedges: find the twin of each.
 #pragma once
 
 #include "mesh/corner_rows.hpp"

@@ -148,9 +148,8 @@ class Orienter {
 
   void turn_inside_out() {
     Array<double> part(faces_.size());  // of the volume, from a corner of the component
-    parallel_for(faces_.size(), [&](std::size_t begin, std::size_t end) {
-      for (Index f = static_cast<Index>(begin); f < static_cast<Index>(end); ++f)
-        part[f] = dot(corner(f, 0) - corner(first_face_[component_[f]], 0), area_vector(f));
+    parallel_each(faces_.size(), [&](Index f) {
+      part[f] = dot(corner(f, 0) - corner(first_face_[component_[f]], 0), area_vector(f));
     });
     std::vector<double> volume(first_face_.size(), 0), magnitude(first_face_.size(), 0);
     for (Index f = 0; f < count(); ++f) {

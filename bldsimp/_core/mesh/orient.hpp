@@ -1,4 +1,4 @@
-// Orient: which faces must be turned so that neighbors agree and closed components face outwards.
+// Find the faces to turn so that neighbors agree and closed components face outwards.
 #pragma once
 
 #include "mesh/halfedges.hpp"

@@ -1,4 +1,4 @@
-// Parts of a surface that are flat enough to be told by a rectangle.
+// Find parts of a surface that are flat enough for a rectangle to stand for them.
 #pragma once
 
 #include "mesh/box_tree.hpp"

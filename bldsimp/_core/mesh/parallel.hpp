@@ -1,4 +1,4 @@
-// Loops over independent items on all cores that the process may use.
+// Loop over independent items on all cores that the process may use.
 #pragma once
 
 #ifdef __linux__
@@ -14,6 +14,8 @@
 #include <thread>
 #include <utility>
 #include <vector>
+
+#include "mesh/array.hpp"
 
 namespace bldsimp {
 
@@ -41,6 +43,17 @@ void parallel_for(std::size_t count, Run run, std::size_t least_work = least_par
   for (std::size_t i = 1; i < threads; ++i)
     others.emplace_back([=, &run] { run(count * i / threads, count * (i + 1) / threads); });
   run(0, count / threads);
+}
+
+// Calls each(Index i) for all items, in such ranges.
+template <class Each>
+void parallel_each(std::size_t count, Each each, std::size_t least_work = least_parallel_work) {
+  parallel_for(
+      count,
+      [&](std::size_t begin, std::size_t end) {
+        for (auto i = static_cast<Index>(begin); i < static_cast<Index>(end); ++i) each(i);
+      },
+      least_work);
 }
 
 // Calls make(begin, end) on such ranges, and take(what it made) in their order.

@@ -1,5 +1,4 @@
-// Best-fit planes from area-weighted moments, without any library, so that every machine gets the
-// same bits.
+// Fit planes by area-weighted moments, without any library, so that every machine gets the same bits.
 #pragma once
 
 #include "mesh/vec3.hpp"

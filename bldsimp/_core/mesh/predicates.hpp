@@ -1,4 +1,4 @@
-// Which side, which circle, which half-space: exact signs for all finite doubles.
+// Tell the side, the circle, the half-space of a point: exact signs for all finite doubles.
 //
 // A floating-point filter answers the plain cases; expansions answer the close ones; where
 // coordinates are so large or small that expansions would overflow or underflow (magnitudes other

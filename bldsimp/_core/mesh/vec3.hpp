@@ -1,4 +1,4 @@
-// Points and vectors of space, and the few operations that the mesh kernels need.
+// Define points, vectors, faces and triangles of space, and the few operations that the kernels need.
 #pragma once
 
 #include "mesh/predicates.hpp"

@@ -1,5 +1,5 @@
-// Weld: rows of a file become points, faces become triples of points, both in an order that depends
-// on coordinates alone, so that no later stage can depend on the order of the file.
+// Weld rows of a file to points, and faces to triples of points. Both come in an order that depends on coordinates
+// alone, so that no later stage can depend on the order of the file.
 #pragma once
 
 #include "mesh/vec3.hpp"

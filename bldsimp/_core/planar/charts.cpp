@@ -290,11 +290,9 @@ Charts find_charts(Points points, Faces faces, Indices twin, Indices start, Indi
   all.rows.resize(faces.size());
   all.group.resize(faces.size());
   all.chart.resize(faces.size());
-  parallel_for(faces.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t f = begin; f < end; ++f) {
-      for (int i = 0; i < 3; ++i) all.rows[f][i] = rows.at(static_cast<Index>(f), faces[f][i]);
-      all.chart[f] = none;
-    }
+  parallel_each(faces.size(), [&](Index f) {
+    for (int i = 0; i < 3; ++i) all.rows[f][i] = rows.at(f, faces[f][i]);
+    all.chart[f] = none;
   });
   const std::size_t groups = start.empty() ? 0 : start.size() - 1;
   for (std::size_t g = 0; g < groups; ++g)

@@ -1,4 +1,4 @@
-// Charts: faces on which all that rows carry (texture coordinates, colors) is one affine map of the position.
+// Find charts: faces on which the attributes of rows (texture coordinates, colors) are one affine map of the position.
 #pragma once
 
 #include "mesh/corner_rows.hpp"

@@ -1,4 +1,4 @@
-// Conform: the article's standard method, which the improved one is compared with.
+// Triangulate facets by the article's standard method, which the improved one is compared with.
 #pragma once
 
 #include "cdt/cdt.hpp"

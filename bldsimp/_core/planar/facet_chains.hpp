@@ -1,4 +1,4 @@
-// What runs along each facet: its chains, and the pieces that replace them.
+// List the chains along each facet, and the pieces that replace them.
 #pragma once
 
 #include <iterator>

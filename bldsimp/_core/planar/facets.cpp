@@ -50,9 +50,7 @@ class FacetFinder {
   void find_needles() {
     longest_.resize(faces_.size());
     area_vector_.resize(faces_.size());
-    parallel_for(faces_.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t f = begin; f < end; ++f) measure_face(static_cast<Index>(f));
-    });
+    parallel_each(faces_.size(), [&](Index f) { measure_face(f); });
   }
 
   void measure_face(Index f) {

@@ -1,4 +1,4 @@
-// Facets: maximal connected sets of faces in one plane.
+// Find facets: maximal connected sets of faces in one plane.
 #pragma once
 
 #include "mesh/vec3.hpp"

@@ -60,10 +60,7 @@ class Tracer {
   // apart, unless these are the two sides of one sheet.
   void mark_outline_edges() {
     flags_.resize(halfedges_.twin.size());
-    parallel_for(flags_.size(), [&](std::size_t begin, std::size_t end) {
-      for (Index h = static_cast<Index>(begin); h < static_cast<Index>(end); ++h)
-        flags_[h] = inside_facet(h) ? 0 : outline;
-    });
+    parallel_each(flags_.size(), [&](Index h) { flags_[h] = inside_facet(h) ? 0 : outline; });
     halfedges_.for_groups([&](Indices group) {
       const bool inside = std::all_of(group.begin(), group.end(), [&](Index h) {
         return flags_[h] == 0 && outlines_.back[facet(h)] >= 0 &&
@@ -150,12 +147,9 @@ class Tracer {
         ++h;
       }
     touches_.assign(points_, 0);
-    parallel_for(points_, [&](std::size_t begin, std::size_t end) {
-      for (Index p = static_cast<Index>(begin); p < static_cast<Index>(end); ++p) {
-        const auto [left, inner] = corners[p];
-        if (left == 0) continue;
-        touches_[p] = !edges_at(p).empty() || (fan_size(inner) != left && !all_grouped(inner));
-      }
+    parallel_each(points_, [&](Index p) {
+      const auto [left, inner] = corners[p];
+      if (left != 0) touches_[p] = !edges_at(p).empty() || (fan_size(inner) != left && !all_grouped(inner));
     });
   }
 

@@ -1,4 +1,4 @@
-// Outlines: the edges between facets, as chains that are decided once for the whole mesh.
+// Trace outlines: the edges between facets, as chains that are decided once for the whole mesh.
 #pragma once
 
 #include "mesh/halfedges.hpp"

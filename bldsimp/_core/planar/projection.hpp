@@ -1,4 +1,4 @@
-// The plane of a facet as the triangulator sees it.
+// Project the plane of a facet for the triangulator.
 #pragma once
 
 #include "mesh/vec3.hpp"

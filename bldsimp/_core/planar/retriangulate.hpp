@@ -1,5 +1,4 @@
-// Retriangulate: each facet anew from the pieces of its outline; and the check that the facets fit
-// together again.
+// Triangulate each facet anew from the pieces of its outline, and check that the facets fit together again.
 #pragma once
 
 #include "cdt/cdt.hpp"

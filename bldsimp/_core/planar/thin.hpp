@@ -1,4 +1,4 @@
-// Thin: which points of the chains stay, and the straight pieces that replace what goes.
+// Thin chains: find the points that must stay, and the straight pieces that replace the others.
 #pragma once
 
 #include "mesh/vec3.hpp"

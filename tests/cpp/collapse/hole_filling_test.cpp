@@ -35,17 +35,17 @@ void what_closes_is_closed() {
     const std::vector<Index> label(faces.size(), 0);
     const std::vector<std::uint8_t> pinned(faces.size(), 0);
     const double limit = 0.3 + 0.2 * (round % 4);
-    const HoleFilling lids = fill_holes(points, faces, label, pinned, limit);
-    closed += lids.closed;
-    faces_made += static_cast<Index>(lids.faces.size());
+    const HoleFilling filling = fill_holes(points, faces, label, pinned, limit);
+    closed += filling.closed;
+    faces_made += static_cast<Index>(filling.faces.size());
     std::vector<Face> all(faces);
-    all.insert(all.end(), lids.faces.begin(), lids.faces.end());
+    all.insert(all.end(), filling.faces.begin(), filling.faces.end());
     const auto before = count_edges(faces, side * side), after = count_edges(all, side * side);
     // Of a loop of n edges n - 2 faces are made, and each closes; no edge is used by more than two.
-    CHECK(before[0] - after[0] == static_cast<Index>(lids.faces.size()) + 2 * lids.closed);
+    CHECK(before[0] - after[0] == static_cast<Index>(filling.faces.size()) + 2 * filling.closed);
     CHECK(after[1] == 0);
     const FaceTree tree(points, faces);
-    for (const auto& [a, b, c] : lids.faces)
+    for (const auto& [a, b, c] : filling.faces)
       CHECK(tree.reach({points[a], points[b], points[c]}, limit, 1e-6) <= limit + 1e-6);
     std::vector<std::uint8_t> wanted(all.size(), 0);
     std::fill(wanted.begin() + static_cast<std::ptrdiff_t>(faces.size()), wanted.end(), std::uint8_t{1});

@@ -67,15 +67,14 @@ Conforming conforming(const Body& body, bool keep_first) {
   keep[0] = keep_first;
   const Outlines outlines =
       trace_outlines(faces, static_cast<Index>(points.size()), halfedges, facets.facet_of_face, keep);
-  std::vector<std::uint8_t> kept(outlines.is_chain_end);
   const std::vector<double> limit(outlines.chain_start.size() - 1, 0.0);
-  thin_chains(points, outlines, limit, kept);
+  const std::vector<std::uint8_t> kept = thin_chains(points, outlines, limit, outlines.is_chain_end);
   const std::vector<Piece> pieces = lay_pieces(points, outlines, kept);
-  const FacetGroups grouped = group_faces(facets);
+  const Groups grouped = group_faces(facets);
   std::vector<Index> wanted;
   for (Index f = 0; f < std::ssize(facets.planes); ++f) wanted.push_back(f);
   const std::vector<double> reach(facets.planes.size(), 0.0);
-  const FacetParts parts{points, faces, grouped.start, grouped.order, facets.planes, outlines, pieces, kept, reach};
+  const FacetParts parts{points, faces, grouped.start, grouped.members, facets.planes, outlines, pieces, kept, reach};
   const Patches patches = retriangulate(parts, wanted, keep);
   return {conform({points, facets.planes, outlines, pieces, patches.triangles, patches.facet_of_triangle, keep}),
           patches.triangles.size()};
