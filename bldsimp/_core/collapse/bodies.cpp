@@ -3,7 +3,7 @@
 #include <tuple>
 
 #include "mesh/edges.hpp"
-#include "mesh/face_sets.hpp"
+#include "mesh/index_sets.hpp"
 
 namespace bldsimp {
 namespace {
@@ -108,7 +108,7 @@ class SpokePairing {
 }  // namespace
 
 Array<Index> find_bodies(Points points, Faces faces) {
-  FaceSets sets(faces.size());
+  IndexSets sets(faces.size());
   SpokePairing edges(points, faces);
   const auto join = [&](Index f, Index g) { sets.join(f, g); };
   const auto count = static_cast<Index>(points.size());

@@ -3,7 +3,7 @@
 #include <iterator>
 
 #include "mesh/edges.hpp"
-#include "mesh/face_sets.hpp"
+#include "mesh/index_sets.hpp"
 #include "mesh/parallel.hpp"
 
 namespace bldsimp {
@@ -117,7 +117,7 @@ IndexPair count_edges(Faces faces, Index point_count) {
 }
 
 Array<Index> find_components(Faces faces, Index point_count) {
-  FaceSets sets(faces.size());
+  IndexSets sets(faces.size());
   EdgeBuckets(faces, point_count).visit(0, point_count, [&](Indices edge) {
     for (const Index h : edge) sets.join(edge[0] / 3, h / 3);
   });

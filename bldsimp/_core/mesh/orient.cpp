@@ -2,7 +2,7 @@
 
 #include "mesh/box_tree.hpp"
 #include "mesh/edges.hpp"
-#include "mesh/face_sets.hpp"
+#include "mesh/index_sets.hpp"
 #include "mesh/predicates.hpp"
 
 namespace bldsimp {

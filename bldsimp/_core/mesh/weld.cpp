@@ -1,9 +1,11 @@
 #include "mesh/weld.hpp"
 
 #include <bit>
+#include <optional>
 #include <unordered_map>
 
 #include "mesh/corner_rows.hpp"
+#include "mesh/index_sets.hpp"
 #include "mesh/parallel.hpp"
 
 namespace bldsimp {
@@ -222,19 +224,6 @@ Array<SortedFace> sort_faces(Faces input, Indices point_of_row, std::size_t poin
   return sorted;
 }
 
-// Rows that copies of a face have for the same corner stand for one another: which of the copies stays must not
-// decide which faces share a row. Leads each row of `first` and `second` to the least row of its class.
-void unite(const Face& first, const Face& second, Array<Index>& class_of_row) {
-  const auto find = [&](Index row) {
-    while (class_of_row[row] != row) row = class_of_row[row] = class_of_row[class_of_row[row]];
-    return row;
-  };
-  for (int i = 0; i < 3; ++i) {
-    const auto [low, high] = std::minmax({find(first[i]), find(second[i])});
-    class_of_row[high] = low;
-  }
-}
-
 // The input rows of a face's corners.
 Face rows_at(const Face& face, const Face& input, Indices point_of_row) {
   Face rows;
@@ -244,7 +233,9 @@ Face rows_at(const Face& face, const Face& input, Indices point_of_row) {
 
 // Copies stand side by side; of those of a layer the one with the least rows stays, whatever the order of the file.
 void lay_faces(Faces input, Indices layer, WeldResult& welded) {
-  Array<Index>& class_of_row = welded.class_of_row;
+  // Rows that copies of a face have for the same corner stand for one another: which of the copies stays must not
+  // decide which faces share a row.
+  std::optional<IndexSets> classes;
   const Array<SortedFace> sorted = sort_faces(input, welded.point_of_row, welded.points.size());
   const auto layer_of = [&](Index source) { return layer.empty() ? 0 : layer[source]; };
   welded.faces.reserve(sorted.size());
@@ -260,17 +251,13 @@ void lay_faces(Faces input, Indices layer, WeldResult& welded) {
       welded.source.push_back(source);
       continue;
     }
-    if (class_of_row.empty()) {
-      class_of_row.resize(welded.point_of_row.size());
-      std::iota(class_of_row.begin(), class_of_row.end(), 0);
-    }
+    if (!classes) classes.emplace(welded.point_of_row.size());
     const Face rows = rows_at(face, input[source], welded.point_of_row);
     const Face least = rows_at(face, input[*copy], welded.point_of_row);
-    unite(rows, least, class_of_row);
+    for (int k = 0; k < 3; ++k) classes->join(rows[k], least[k]);
     if (rows < least) *copy = source;
   }
-  // Roots come before what they lead to.
-  for (Index& row : class_of_row) row = class_of_row[row];
+  if (classes) welded.class_of_row = std::move(*classes).roots();
   welded.degenerate = static_cast<Index>(input.size() - sorted.size());
   welded.duplicate = static_cast<Index>(sorted.size() - welded.faces.size());
 }

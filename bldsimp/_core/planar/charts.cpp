@@ -1,7 +1,7 @@
 #include "planar/charts.hpp"
 
 #include "mesh/eigen.hpp"
-#include "mesh/face_sets.hpp"
+#include "mesh/index_sets.hpp"
 #include "mesh/parallel.hpp"
 
 namespace bldsimp {

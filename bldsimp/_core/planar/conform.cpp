@@ -182,15 +182,12 @@ class Conformer {
     facets_along_.resize(edges_.size());
     side_start_.push_back(0);
     for (Index facet = 0; facet < count(); ++facet) {
-      for (Index u = chains.use_start[facet]; u < chains.use_start[facet + 1]; ++u) {
-        const auto [chain, forward] = chains.chain_uses[u];
-        for (Index i = chains.piece_start[chain]; i < chains.piece_start[chain + 1]; ++i) {
-          const Piece& piece = parts_.pieces[i];
-          const Index edge = edges_.find(piece.from, piece.to);
-          sides_.push_back({edge, forward == (piece.from < piece.to)});
-          facets_along_[edge].push_back(facet);
-        }
-      }
+      chains.for_pieces(facet, [&](Index i, bool forward) {
+        const Piece& piece = parts_.pieces[i];
+        const Index edge = edges_.find(piece.from, piece.to);
+        sides_.push_back({edge, forward == (piece.from < piece.to)});
+        facets_along_[edge].push_back(facet);
+      });
       side_start_.push_back(static_cast<Index>(sides_.size()));
     }
   }
@@ -251,7 +248,7 @@ class Conformer {
     triangulator_.run(local_.flat, local_.segments, options);
     statistics_ += triangulator_.statistics();
     if (triangulator_.missing().empty()) {
-      for (const Face& t : triangulator_.triangles()) patch_[facet].push_back(local_.lifted(t));
+      for (const Face& t : triangulator_.triangles()) patch_[facet].push_back(local_.to_mesh(t));
     } else if (std::ssize(local_.points) > most_times * own_points_[facet]) {
       how_[facet] = Conformity::stopped;
     } else if (segments_meet()) {

@@ -22,6 +22,14 @@ struct FacetChains {
     for (const Piece& piece : pieces) ++piece_start[piece.chain + 1];
     std::partial_sum(piece_start.begin(), piece_start.end(), piece_start.begin());
   }
+  // Calls visit(piece, forward) for the pieces along a facet.
+  template <class Visit>
+  void for_pieces(Index facet, Visit visit) const {
+    for (Index u = use_start[facet]; u < use_start[facet + 1]; ++u)
+      for (Index i = piece_start[chain_uses[u].first]; i < piece_start[chain_uses[u].first + 1]; ++i)
+        visit(i, chain_uses[u].second);
+  }
+
   std::vector<Index> use_start;
   std::vector<std::pair<Index, bool>> chain_uses;  // {chain, forward}
   std::vector<Index> piece_start;
@@ -75,7 +83,7 @@ class LocalFacet {
     return projection;
   }
   // A triangle of numbers as one of the mesh, with the facet's own winding.
-  Face lifted(const Face& t) const { return wind({points[t[0]], points[t[1]], points[t[2]]}); }
+  Face to_mesh(const Face& t) const { return wind({points[t[0]], points[t[1]], points[t[2]]}); }
   Face wind(const Face& t) const { return behind_ ? Face{t[0], t[2], t[1]} : t; }
 
  private:

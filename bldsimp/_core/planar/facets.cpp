@@ -7,7 +7,7 @@
 
 #include "mesh/box_tree.hpp"
 #include "mesh/edges.hpp"
-#include "mesh/face_sets.hpp"
+#include "mesh/index_sets.hpp"
 #include "mesh/parallel.hpp"
 #include "mesh/plane_fit.hpp"
 #include "mesh/predicates.hpp"

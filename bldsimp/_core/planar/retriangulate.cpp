@@ -55,13 +55,10 @@ class Retriangulator {
   void collect_segments(Index facet) {
     local_.begin(parts_.outlines, facet);
     piece_of_segment_.clear();
-    for (Index u = chains_.use_start[facet]; u < chains_.use_start[facet + 1]; ++u) {
-      const auto [chain, forward] = chains_.chain_uses[u];
-      for (Index i = chains_.piece_start[chain]; i < chains_.piece_start[chain + 1]; ++i) {
-        local_.add_segment(parts_.pieces[i].from, parts_.pieces[i].to, forward);
-        piece_of_segment_.push_back(i);
-      }
-    }
+    chains_.for_pieces(facet, [&](Index i, bool forward) {
+      local_.add_segment(parts_.pieces[i].from, parts_.pieces[i].to, forward);
+      piece_of_segment_.push_back(i);
+    });
     local_.end(parts_.outlines, facet);
   }
 
@@ -90,7 +87,7 @@ class Retriangulator {
     if (!euler_agrees(facet, triangulator_.triangles().size()) || !area_agrees(facet, projection) ||
         !needles_stay_close(facet, triangulator_.triangles(), patches))
       return Outcome::mismatch;
-    for (const auto& t : triangulator_.triangles()) emit(facet, local_.lifted(t), patches);
+    for (const auto& t : triangulator_.triangles()) emit(facet, local_.to_mesh(t), patches);
     return Outcome::done;
   }
 

@@ -1,4 +1,4 @@
-// Join faces into sets across edges.
+// Join faces across edges, or other items, into sets.
 #pragma once
 
 #include "mesh/parallel.hpp"
@@ -6,21 +6,21 @@
 
 namespace bldsimp {
 
-// The root of a set is its least face, so that the result knows no order.
-class FaceSets {
+// Disjoint sets of 0 .. count - 1. The root of a set is its least item, so that the result knows no order.
+class IndexSets {
  public:
-  explicit FaceSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  explicit IndexSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
 
-  Index find(Index f) {
-    while (parent_[f] != f) f = parent_[f] = parent_[parent_[f]];
-    return f;
+  Index find(Index i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
   }
-  void join(Index f, Index g) {
-    f = find(f);
-    g = find(g);
-    parent_[std::max(f, g)] = std::min(f, g);
+  void join(Index i, Index j) {
+    i = find(i);
+    j = find(j);
+    parent_[std::max(i, j)] = std::min(i, j);
   }
-  // The root of each face; parents come before their children.
+  // The root of each item; parents come before their children.
   Array<Index> roots() && {
     for (Index& parent : parent_) parent = parent_[parent];
     return std::move(parent_);
@@ -50,7 +50,7 @@ void for_twins(Indices twin, std::size_t first, std::size_t last, Visit visit) {
 // for. Each thread joins its own range of faces; what crosses ranges comes last. O(halfedges), nearly.
 template <class Joins>
 Array<Index> join_across(Indices twin, Joins joins) {
-  FaceSets sets(twin.size() / 3);
+  IndexSets sets(twin.size() / 3);
   std::vector<IndexPair> crossing;
   parallel_collect(
       twin.size() / 3,
