@@ -94,7 +94,7 @@ class Merger {
 
  private:
   bool settle() {
-    outlines = trace_outlines(faces, static_cast<Index>(points.size()), halfedges_, facets.facet_of_face, keep);
+    outlines = trace_outlines(faces, static_cast<Index>(points.size()), halfedges_, facets, keep);
     FlagList stay(must);
     for (std::size_t p = 0; p < points.size(); ++p) stay[p] |= outlines.is_chain_end[p];
     for (std::size_t f = 0; f < faces.size(); ++f)
@@ -120,7 +120,7 @@ class Merger {
       fits = false;
     }
     if (!fits) return false;
-    const auto misfits = find_misfits(patches.triangles, patches.facet_of_triangle, edges, unchanged, outlines.back);
+    const auto misfits = find_misfits(patches.triangles, patches.facet_of_triangle, edges, unchanged, outlines);
     for (const Misfit& misfit : misfits) keep[misfit.facet] = 1;
     return misfits.empty();
   }
@@ -164,13 +164,12 @@ void check_charts(const Welding& mesh, const Groups& groups, Random& random) {
     values.push_back(p.x + 2 * p.y - p.z + (random() % 20 ? 0 : shapes::uniform(random, 0, 1)));
   const std::vector<double> steps{100}, limits{1};
   const std::vector<Index> part(mesh.surface.faces.size(), 0);
-  const auto charts = find_charts(mesh.surface.points, mesh.surface.faces, mesh.halfedges.twin, groups.start,
-                                  groups.members, mesh.rows, part, {values, steps, limits});
+  const auto charts = find_charts(mesh.surface.points, mesh.surface.faces, mesh.halfedges, groups.start, groups.members,
+                                  mesh.rows, part, {values, steps, limits});
   for (const Index chart : charts.chart_of_face) CHECK(0 <= chart && chart < std::ssize(charts.spans));
   for (const double span : charts.spans) CHECK(span <= limits[0]);
   const std::vector<Vec3> normals(mesh.input.points.size(), Vec3{0, 0, 1});
-  const auto smooth =
-      find_smooth(mesh.surface.points, mesh.surface.faces, mesh.halfedges.twin, mesh.rows, normals, 0.9, 0);
+  const auto smooth = find_smooth(mesh.surface.points, mesh.surface.faces, mesh.halfedges, mesh.rows, normals, 0.9, 0);
   for (std::size_t f = 0; f < smooth.size(); ++f)
     CHECK(smooth[smooth[f]] == smooth[f] && smooth[f] <= static_cast<Index>(f));
 }
@@ -182,7 +181,7 @@ std::size_t check_planar(const Soup& soup, double tolerance, Random& random) {
   std::vector<Index> label(mesh.surface.faces.size(), 0);
   if (random() % 2)
     for (Index& l : label) l = random() % 40 ? 0 : 1;
-  Facets facets = find_facets(mesh.surface.points, mesh.surface.faces, mesh.halfedges.twin, label, {1, 1, 1},
+  Facets facets = find_facets(mesh.surface.points, mesh.surface.faces, mesh.halfedges, label, {1, 1, 1},
                               {width, 1e-3 * tolerance, 0.5 * tolerance});
   if (random() % 3 == 0 && !label.empty()) facets = split_off(facets, std::vector<Index>{0});
   for (const Plane& plane : facets.planes) CHECK(plane.high - plane.low <= std::max(width, 1e-12));

@@ -126,6 +126,15 @@ auto unlocked(Result (Self::*kernel)(Args...) const) {
     return (self.*kernel)(static_cast<Args&&>(args)...);
   };
 }
+// The same for a kernel that gives two things, of which Python gets a tuple.
+template <class Result, class... Args>
+auto unlocked_pair(Result (*kernel)(Args...)) {
+  return [kernel](Args... args) {
+    nb::gil_scoped_release release;
+    auto [first, second] = kernel(static_cast<Args&&>(args)...);
+    return std::tuple(std::move(first), std::move(second));
+  };
+}
 template <class Kernel>
 auto unlocked(Kernel kernel) {
   return unlocked(+kernel);

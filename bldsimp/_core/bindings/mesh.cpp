@@ -27,11 +27,7 @@ void bind_topology(nb::module_& m) {
             &Halfedges::group_members);
   halfedges.def_ro("open_edges", &Halfedges::open_edges).def_ro("nonmanifold_edges", &Halfedges::nonmanifold_edges);
   m.def("pair_halfedges", unlocked(&pair_halfedges), "points"_a, "faces"_a, "rows"_a.none(), "width"_a);
-  m.def("count_edges", unlocked([](Faces faces, Index point_count) {
-          const auto [open, nonmanifold] = count_edges(faces, point_count);
-          return std::tuple(open, nonmanifold);
-        }),
-        "faces"_a, "point_count"_a);
+  m.def("count_edges", unlocked_pair(&count_edges), "faces"_a, "point_count"_a);
   m.def("find_components", unlocked(&find_components), "faces"_a, "point_count"_a);
   m.def("find_turned", unlocked(&find_misoriented), "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "fixed"_a);
 }

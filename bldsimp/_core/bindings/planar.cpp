@@ -36,14 +36,10 @@ void bind_facets(nb::module_& m) {
         unlocked([](Points points, Faces faces, const Halfedges& halfedges, Indices label,
                     std::tuple<double, double, double> origin, double width, double needle, double fold) {
           const auto [x, y, z] = origin;
-          return find_facets(points, faces, halfedges.twin, label, {x, y, z}, {width, needle, fold});
+          return find_facets(points, faces, halfedges, label, {x, y, z}, {width, needle, fold});
         }),
         "points"_a, "faces"_a, "halfedges"_a, "label"_a, "origin"_a, "width"_a, "needle"_a, "fold"_a);
-  m.def("group_faces", unlocked([](const Facets& all) {
-          auto [start, order] = group_faces(all);
-          return std::tuple(std::move(start), std::move(order));
-        }),
-        "facets"_a);
+  m.def("group_faces", unlocked_pair(&group_faces), "facets"_a);
   m.def("split_off", unlocked(&split_off), "facets"_a, "cut"_a);
 }
 
@@ -58,17 +54,13 @@ void bind_charts(nb::module_& m) {
         if (values.shape(1) != limits.size() || steps.shape(1) != limits.size())
           throw nb::value_error("one limit, and one number of steps, for each column");
         nb::gil_scoped_release release;
-        return find_charts(points, faces, halfedges.twin, start, order, rows, part_of_face,
+        return find_charts(points, faces, halfedges, start, order, rows, part_of_face,
                            {{values.data(), values.size()}, {steps.data(), steps.size()}, limits});
       },
       "points"_a, "faces"_a, "halfedges"_a, "start"_a, "order"_a, "rows"_a, "part_of_face"_a, "values"_a, "steps"_a,
       "limits"_a);
-  m.def("find_smooth",
-        unlocked([](Points points, Faces faces, const Halfedges& halfedges, const CornerRows& rows, Points normals,
-                    double cosine, double needle) {
-          return find_smooth(points, faces, halfedges.twin, rows, normals, cosine, needle);
-        }),
-        "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "normals"_a, "cosine"_a, "needle"_a);
+  m.def("find_smooth", unlocked(&find_smooth), "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "normals"_a, "cosine"_a,
+        "needle"_a);
 }
 
 void bind_outlines(nb::module_& m) {
@@ -80,11 +72,7 @@ void bind_outlines(nb::module_& m) {
   const auto uses = [](const Outlines& o) -> const auto& { return o.uses; };
   def_column(outlines, "use_facet", uses, &FacetUse::facet);
   def_column(outlines, "use_forward", uses, &FacetUse::forward);
-  m.def("trace_outlines",
-        unlocked([](Faces faces, Index point_count, const Halfedges& halfedges, const Facets& facets, Flags frozen) {
-          return trace_outlines(faces, point_count, halfedges, facets.facet_of_face, frozen);
-        }),
-        "faces"_a, "point_count"_a, "halfedges"_a, "facets"_a, "frozen"_a);
+  m.def("trace_outlines", unlocked(&trace_outlines), "faces"_a, "point_count"_a, "halfedges"_a, "facets"_a, "frozen"_a);
   m.def("thin_chains", unlocked(&thin_chains), "points"_a, "outlines"_a, "limit"_a, "keep"_a);
 
   nb::class_<Pieces> pieces(m, "Pieces");
@@ -100,8 +88,7 @@ void bind_outlines(nb::module_& m) {
   def_views(edges, "edges", &PieceEdges::edges, "clashing", &PieceEdges::clashing, "healed_pieces",
             &PieceEdges::healed_pieces);
   edges.def_ro("healed", &PieceEdges::healed);
-  m.def("merge_pieces", unlocked([](const Pieces& laid, const Outlines& along) { return merge_pieces(laid, along); }),
-        "pieces"_a, "outlines"_a);
+  m.def("merge_pieces", unlocked(&merge_pieces), "pieces"_a, "outlines"_a);
 }
 
 void bind_retriangulation(nb::module_& m) {
@@ -118,21 +105,10 @@ void bind_retriangulation(nb::module_& m) {
         }),
         "points"_a, "faces"_a, "face_start"_a, "face_order"_a, "facets"_a, "outlines"_a, "pieces"_a, "kept"_a,
         "reach"_a, "wanted"_a, "keep"_a);
-  m.def("find_misfits",
-        unlocked([](Faces triangles, Indices facet_of_triangle, const PieceEdges& expected, Flags keep,
-                    const Outlines& outlines) {
-          return find_misfits(triangles, facet_of_triangle, expected, keep, outlines.back);
-        }),
-        "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a, "outlines"_a);
-  m.def("find_rows",
-        unlocked([](Faces triangles, Indices facet_of_triangle, Faces faces, const CornerRows& rows,
-                    Indices facet_of_face, Indices group_of_facet, Indices part_of_facet, Flags unchanged, Flags kept) {
-          auto found = assign_rows(triangles, facet_of_triangle, faces, rows, facet_of_face, group_of_facet,
-                                   part_of_facet, unchanged, kept);
-          return std::tuple(std::move(found.rows), std::move(found.foreign));
-        }),
-        "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a, "facet_of_face"_a, "group_of_facet"_a,
-        "part_of_facet"_a, "unchanged"_a, "kept"_a);
+  m.def("find_misfits", unlocked(&find_misfits), "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a,
+        "outlines"_a);
+  m.def("find_rows", unlocked_pair(&assign_rows), "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a,
+        "facet_of_face"_a, "group_of_facet"_a, "part_of_facet"_a, "unchanged"_a, "kept"_a);
 
   nb::class_<ConformResult> conformed(m, "Conformed");
   def_views(conformed, "made", &ConformResult::made, "triangles", &ConformResult::triangles, "facet_of_triangle",

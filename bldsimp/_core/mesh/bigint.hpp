@@ -36,9 +36,9 @@ class BigInt {
     return a;
   }
   friend BigInt operator+(const BigInt& a, const BigInt& b) {
-    if (a.negative_ == b.negative_) return with_sign(sum(a.digit_, b.digit_), a.negative_);
-    return less(a.digit_, b.digit_) ? with_sign(rest(b.digit_, a.digit_), b.negative_)
-                                    : with_sign(rest(a.digit_, b.digit_), a.negative_);
+    if (a.negative_ == b.negative_) return with_sign(combine(a.digit_, b.digit_, 1), a.negative_);
+    return less(a.digit_, b.digit_) ? with_sign(combine(b.digit_, a.digit_, -1), b.negative_)
+                                    : with_sign(combine(a.digit_, b.digit_, -1), a.negative_);
   }
   friend BigInt operator-(const BigInt& a, const BigInt& b) { return a + (-b); }
   friend BigInt operator*(const BigInt& a, const BigInt& b) {
@@ -72,23 +72,12 @@ class BigInt {
     if (a.size() != b.size()) return a.size() < b.size();
     return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
   }
-  static Digits sum(const Digits& a, const Digits& b) {
+  // a + sign * b, which must not be negative.
+  static Digits combine(const Digits& a, const Digits& b, int sign) {
     Digits result(std::max(a.size(), b.size()) + 1, 0);
-    std::uint64_t carry = 0;
-    for (std::size_t i = 0; i < result.size(); ++i) {
-      carry += (i < a.size() ? a[i] : 0u);
-      carry += (i < b.size() ? b[i] : 0u);
-      result[i] = static_cast<std::uint32_t>(carry);
-      carry >>= 32;
-    }
-    return result;
-  }
-  // Needs a >= b.
-  static Digits rest(const Digits& a, const Digits& b) {
-    Digits result(a.size(), 0);
     std::int64_t carry = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      carry += std::int64_t{a[i]} - (i < b.size() ? std::int64_t{b[i]} : 0);
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      carry += (i < a.size() ? std::int64_t{a[i]} : 0) + sign * (i < b.size() ? std::int64_t{b[i]} : 0);
       result[i] = static_cast<std::uint32_t>(carry & 0xffffffff);
       carry >>= 32;
     }

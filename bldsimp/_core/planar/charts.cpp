@@ -284,9 +284,9 @@ class ChartFinder {
 
 }  // namespace
 
-Charts find_charts(Points points, Faces faces, Indices twin, Indices start, Indices order, const CornerRows& rows,
-                   Indices part_of_face, const AttributeColumns& columns) {
-  ChartState all{points, faces, twin, start, order, part_of_face, columns, {}, {}, {}};
+Charts find_charts(Points points, Faces faces, const Halfedges& halfedges, Indices start, Indices order,
+                   const CornerRows& rows, Indices part_of_face, const AttributeColumns& columns) {
+  ChartState all{points, faces, halfedges.twin, start, order, part_of_face, columns, {}, {}, {}};
   all.rows.resize(faces.size());
   all.group.resize(faces.size());
   all.chart.resize(faces.size());
@@ -324,7 +324,7 @@ Charts find_charts(Points points, Faces faces, Indices twin, Indices start, Indi
   return charts;
 }
 
-Array<Index> find_smooth(Points points, Faces faces, Indices twin, const CornerRows& rows, Points normals,
+Array<Index> find_smooth(Points points, Faces faces, const Halfedges& halfedges, const CornerRows& rows, Points normals,
                          double cosine, double needle) {
   const auto is_needle = [&](Index f) {
     const Vec3 a = points[faces[f][0]], b = points[faces[f][1]], c = points[faces[f][2]];
@@ -334,7 +334,7 @@ Array<Index> find_smooth(Points points, Faces faces, Indices twin, const CornerR
     const Vec3 a = normals[rows.at(f, point)], b = normals[rows.at(g, point)];
     return dot(a, b) >= cosine * length(a) * length(b);
   };
-  return join_across(twin, [&](Index h, Index t) {
+  return join_across(halfedges.twin, [&](Index h, Index t) {
     const Index f = h / 3, g = t / 3;
     return (smooth(f, g, faces[f][h % 3]) && smooth(f, g, faces[g][t % 3])) || is_needle(f) || is_needle(g);
   });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "mesh/corner_rows.hpp"
+#include "mesh/halfedges.hpp"
 #include "mesh/vec3.hpp"
 
 namespace bldsimp {
@@ -22,13 +23,13 @@ struct Charts {
 // one map is one chart; else charts grow from the largest faces. `order` has the faces group by group, those of
 // group g from start[g] on. A map does not change in directions that tell nothing about it. Linear where groups are
 // charts; else nearly linear in faces, times the charts that reach each.
-Charts find_charts(Points points, Faces faces, Indices twin, Indices start, Indices order, const CornerRows& rows,
-                   Indices part_of_face, const AttributeColumns& columns);
+Charts find_charts(Points points, Faces faces, const Halfedges& halfedges, Indices start, Indices order,
+                   const CornerRows& rows, Indices part_of_face, const AttributeColumns& columns);
 
 // The sets of faces that hang together across twins at both of whose ends the rows' normals turn by no more than an
 // angle, told by its cosine. Ends without normals, and faces no higher than `needle`, count as smooth. Per face the
 // least face of its set.
-Array<Index> find_smooth(Points points, Faces faces, Indices twin, const CornerRows& rows, Points normals,
+Array<Index> find_smooth(Points points, Faces faces, const Halfedges& halfedges, const CornerRows& rows, Points normals,
                          double cosine, double needle);
 
 }  // namespace bldsimp

@@ -385,8 +385,9 @@ class FacetFinder {
 
 }  // namespace
 
-Facets find_facets(Points points, Faces faces, Indices twin, Indices label, Vec3 origin, const FacetLimits& limits) {
-  return FacetFinder(points, faces, twin, label, origin, limits).find();
+Facets find_facets(Points points, Faces faces, const Halfedges& halfedges, Indices label, Vec3 origin,
+                   const FacetLimits& limits) {
+  return FacetFinder(points, faces, halfedges.twin, label, origin, limits).find();
 }
 
 Facets split_off(const Facets& facets, Indices cut) {

@@ -1,7 +1,7 @@
 // Find facets: maximal connected sets of faces in one plane.
 #pragma once
 
-#include "mesh/vec3.hpp"
+#include "mesh/halfedges.hpp"
 
 namespace bldsimp {
 
@@ -25,7 +25,8 @@ struct FacetLimits {
 
 // Faces with different labels never share a facet; a face with a negative label is a facet by itself.
 // Facets are numbered by their first face. `origin` is near the mesh. Nearly linear.
-Facets find_facets(Points points, Faces faces, Indices twin, Indices label, Vec3 origin, const FacetLimits& limits);
+Facets find_facets(Points points, Faces faces, const Halfedges& halfedges, Indices label, Vec3 origin,
+                   const FacetLimits& limits);
 
 // Makes each of `cut` (sorted) a facet by itself; the others keep their numbers.
 Facets split_off(const Facets& facets, Indices cut);

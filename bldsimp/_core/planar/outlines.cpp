@@ -255,9 +255,9 @@ class Tracer {
 
 }  // namespace
 
-Outlines trace_outlines(Faces faces, Index point_count, const Halfedges& halfedges, Indices facet_of_face,
+Outlines trace_outlines(Faces faces, Index point_count, const Halfedges& halfedges, const Facets& facets,
                         Flags frozen) {
-  return Tracer(faces, point_count, halfedges, facet_of_face, frozen).trace();
+  return Tracer(faces, point_count, halfedges, facets.facet_of_face, frozen).trace();
 }
 
 }  // namespace bldsimp

@@ -3,6 +3,7 @@
 
 #include "mesh/halfedges.hpp"
 #include "mesh/vec3.hpp"
+#include "planar/facets.hpp"
 
 namespace bldsimp {
 
@@ -30,7 +31,6 @@ struct Outlines {
 
 // `frozen` has a flag for each facet; such facets keep all their points, so all their edges are chains.
 // `faces` are in the order of `weld`. O(halfedges).
-Outlines trace_outlines(Faces faces, Index point_count, const Halfedges& halfedges, Indices facet_of_face,
-                        Flags frozen);
+Outlines trace_outlines(Faces faces, Index point_count, const Halfedges& halfedges, const Facets& facets, Flags frozen);
 
 }  // namespace bldsimp

@@ -329,7 +329,7 @@ Patches retriangulate(const FacetParts& parts, Indices wanted, Flags keep) {
 }
 
 std::vector<Misfit> find_misfits(Faces triangles, Indices facet_of_triangle, const PieceEdges& expected, Flags keep,
-                                 Indices back) {
+                                 const Outlines& outlines) {
   const std::vector<EdgeUse> uses = edge_uses(triangles, facet_of_triangle);
   std::vector<Misfit> misfits;
   const auto blame = [&](Index facet, Edge edge) {
@@ -367,8 +367,9 @@ std::vector<Misfit> find_misfits(Faces triangles, Indices facet_of_triangle, con
       ++e;
       continue;
     }
-    const bool right = all_inner(found) &&
-                       (found.size() == 2 || (found.size() == 4 && back[found[0].use.facet] == found[2].use.facet));
+    const bool right =
+        all_inner(found) &&
+        (found.size() == 2 || (found.size() == 4 && outlines.back[found[0].use.facet] == found[2].use.facet));
     if (right) continue;
     // Where facets laid an inner edge on one another, it may stay in one of them.
     const bool one_may_stay = all_inner(found) && std::none_of(found.begin(), found.end(),

@@ -53,6 +53,6 @@ Patches retriangulate(const FacetParts& parts, Indices wanted, Flags keep);
 // Piece edges must be used as `expected` tells, all others once each way by one facet, or by a facet and
 // its back (see Outlines); no triangle may be there twice. Facets in `keep` are never blamed. Sorted. O(n log n).
 std::vector<Misfit> find_misfits(Faces triangles, Indices facet_of_triangle, const PieceEdges& expected, Flags keep,
-                                 Indices back);
+                                 const Outlines& outlines);
 
 }  // namespace bldsimp

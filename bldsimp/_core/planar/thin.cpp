@@ -219,7 +219,7 @@ std::vector<Piece> lay_pieces(Points points, const Outlines& outlines, Flags kep
   return pieces;
 }
 
-PieceEdges merge_pieces(std::span<const Piece> pieces, const Outlines& outlines) {
+PieceEdges merge_pieces(const std::vector<Piece>& pieces, const Outlines& outlines) {
   const auto ends = [&](Index i) { return std::minmax(pieces[i].from, pieces[i].to); };
   std::vector<Index> order = list_indices(pieces.size());
   std::sort(order.begin(), order.end(), [&](Index i, Index j) { return ends(i) < ends(j); });

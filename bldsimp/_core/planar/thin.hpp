@@ -36,6 +36,6 @@ struct PieceEdges {
 // Pieces of different chains that share both ends are one edge. That is right only if, once opposite
 // uses by one facet cancel (it has no width there), one use each way is left: for all others the
 // farthest dropped points are in `clashing`.
-PieceEdges merge_pieces(std::span<const Piece> pieces, const Outlines& outlines);
+PieceEdges merge_pieces(const std::vector<Piece>& pieces, const Outlines& outlines);
 
 }  // namespace bldsimp

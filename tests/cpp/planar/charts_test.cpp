@@ -50,7 +50,7 @@ void charts_hold(std::mt19937_64& generator, double bump, double noise, double l
   const std::vector<Index> start{0, static_cast<Index>(grid.faces.size())}, part(grid.faces.size(), 0);
   const std::vector<double> steps{10, 10}, limits{limit, limit};
   const Charts found =
-      find_charts(grid.points, grid.faces, halfedges.twin, start, source, rows, part, {grid.values, steps, limits});
+      find_charts(grid.points, grid.faces, halfedges, start, source, rows, part, {grid.values, steps, limits});
   CHECK(found.chart_of_face.size() == grid.faces.size());
   CHECK(found.maps.size() == 4 * found.spans.size());
   std::vector<int> size(found.spans.size() / 2, 0);
@@ -99,7 +99,7 @@ void many_groups_are_numbered_as_few() {
   const std::vector<double> steps{1}, limits{0.5};
   const auto of = [&](Index first, Index last) {
     std::vector<Index> some(start.begin() + first, start.begin() + last + 1);
-    return find_charts(points, faces, halfedges.twin, some, order, rows, part, {values, steps, limits});
+    return find_charts(points, faces, halfedges, some, order, rows, part, {values, steps, limits});
   };
   const Charts all = of(0, strips);
   CHECK(faces.size() >= 4 * (std::size_t{1} << 15));

@@ -62,11 +62,10 @@ Conforming conforming(const Body& body, bool keep_first) {
   const auto faces = std::span<const Face>(welded.faces);
   const Halfedges halfedges = pair_halfedges(points, faces, CornerRows{}, 0.0);
   const std::vector<Index> label(faces.size(), 0);
-  const Facets facets = find_facets(points, faces, halfedges.twin, label, {0, 0, 0}, {0, 0, 0});
+  const Facets facets = find_facets(points, faces, halfedges, label, {0, 0, 0}, {0, 0, 0});
   std::vector<std::uint8_t> keep(facets.planes.size(), 0);
   keep[0] = keep_first;
-  const Outlines outlines =
-      trace_outlines(faces, static_cast<Index>(points.size()), halfedges, facets.facet_of_face, keep);
+  const Outlines outlines = trace_outlines(faces, static_cast<Index>(points.size()), halfedges, facets, keep);
   const std::vector<double> limit(outlines.chain_start.size() - 1, 0.0);
   const std::vector<std::uint8_t> kept = thin_chains(points, outlines, limit, outlines.is_chain_end);
   const std::vector<Piece> pieces = lay_pieces(points, outlines, kept);
