@@ -35,7 +35,7 @@ def check_archive(names: list[str]) -> None:
     """Everything that builds and tests bldsimp; no build products."""
     inner = {name.split("/", 1)[1] for name in names if "/" in name}
     needed = ("CMakeLists.txt", "pyproject.toml", "LICENSE", "README.md", "setup.sh", "tests/run.sh")
-    for name in (*needed, "bldsimp/_core/binding.cpp", "data/building_a.obj"):
+    for name in (*needed, "bldsimp/_core/bindings/module.cpp", "data/building_a.obj"):
         demand(name in inner, f"the source archive lacks {name}")
     products = [name for name in inner if name.endswith((".so", ".o", ".pyc")) or name.startswith(("build/", ".venv"))]
     demand(not products, f"the source archive carries {products[:5]}")

@@ -1,0 +1,51 @@
+// Collapse edges as far as a certified bound allows.
+#pragma once
+
+#include <atomic>
+
+#include "mesh/vec3.hpp"
+
+namespace bldsimp {
+
+// What a collapse was refused for.
+enum class Refusal { link, fold, needle, border, backward, forward, crossing, count };
+
+// What has been done so far, for another thread to look at.
+struct Progress {
+  std::atomic<std::int64_t> gone = 0;  // points
+};
+
+struct CollapseInput {
+  Points points;
+  Faces surface;     // what the tolerance counts from, and after it faces that fill holes
+  Indices label;     // of each face; edges between two labels stay edges between them
+  Flags pinned;      // faces that stay
+  Flags left_out;    // faces that are not to be in the result; others must hold them
+  Index fill_count;  // the last so many faces close the surface, and are none of it
+  double tolerance;
+  int decimals;        // that a moved point is rounded to; below 0 none moves
+  bool single;         // whether a moved point is rounded to single precision after that
+  Progress* progress;  // or none
+
+  // What the tolerance counts from.
+  Faces counting() const { return surface.first(surface.size() - static_cast<std::size_t>(fill_count)); }
+  bool is_filling(Index face) const { return static_cast<std::size_t>(face) >= counting().size(); }
+};
+
+struct CollapseResult {
+  std::vector<Vec3> points;  // of the input; some have moved
+  std::vector<Face> triangles;
+  std::vector<Index> source;  // the face that each of them was
+  std::vector<Index> holder;  // of each face: a triangle of the result that holds some of it
+  double deviation = 0;       // bound of the distance between the surface and them, both ways
+  std::vector<Index> refusals = std::vector<Index>(static_cast<std::size_t>(Refusal::count));
+  Index accepted = 0, moved = 0;
+};
+
+// Moves points onto neighbors, the ones that change the surface least first, and what is left to where its planes
+// meet: topology stays (components, border loops, genus), no face turns over, and nothing of either surface is
+// farther from the other than the tolerance; the same holds for the borders. About O(n log n), on all cores;
+// the same result whatever their number.
+CollapseResult collapse(const CollapseInput& input);
+
+}  // namespace bldsimp

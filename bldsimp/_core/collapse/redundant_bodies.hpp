@@ -1,0 +1,14 @@
+// Find the bodies of a surface that the others make redundant.
+#pragma once
+
+#include "mesh/vec3.hpp"
+
+namespace bldsimp {
+
+// Marks the faces of bodies that can go: every point of them, and of those that went before, is within `limit` of what
+// remains; no edge of what remains is left open or without balance by it. Pinned faces, and the bodies that have some,
+// stay, and so does at least one body. `body` is the least face of each body. About O(n log n); the same result
+// whatever the number of threads.
+std::vector<std::uint8_t> find_redundant_bodies(Points points, Faces faces, Indices body, Flags pinned, double limit);
+
+}  // namespace bldsimp

@@ -1,0 +1,67 @@
+// Measure how far points lie from a surface of faces.
+#pragma once
+
+#include "mesh/box_tree.hpp"
+#include "mesh/framed_triangle.hpp"
+#include "mesh/panels.hpp"
+#include "mesh/vec3.hpp"
+
+namespace bldsimp {
+
+// A tree of boxes over the faces of a surface; keeps a copy of what it needs of them. Faces must be in
+// range; without faces everything is infinitely far. O(m log m) to make, about O(log m) per query, on all
+// cores; the same result whatever their number.
+//
+// A face may be a needle or have no area at all (it is then its longest side): a distance is wrong by no
+// more than a few roundings of the coordinates' differences.
+class FaceTree {
+ public:
+  // Parts of a triangle shorter than this share of a limit are not halved again.
+  static constexpr double finest = 1.0 / 64;
+
+  FaceTree(Points points, Faces faces);
+
+  // One that knows panels that are flat but for a limit, for `holds` to be asked about large triangles at that limit.
+  FaceTree(Points points, Faces faces, double limit);
+
+  // The faces, in an order in which near ones mostly are beside each other.
+  const std::vector<Index>& order() const { return tree_.order(); }
+
+  std::vector<double> distances(Points queries) const;
+
+  // The greatest distance of the queries. Stops once one lies beyond `limit`: then it is some distance
+  // greater than that, which may depend on the number of cores.
+  double farthest(Points queries, double limit) const;
+
+  // Of the face that comes nearest, whose index is `nearest`; what it holds before is a first guess.
+  double distance(Vec3 query, Index& nearest) const;
+
+  double to_face(Vec3 query, Index face) const;
+
+  // Whether a point is within `limit` of the faces; `nearest` is one that it is near then, and a guess before.
+  bool within(Vec3 query, double limit, Index& nearest) const;
+
+  // How far any point of a triangle is from the faces at most. It is never too small, and exact but for
+  // `precision`, or for `enough` where it is less than that. `guess` may be a face that is near all of it. O(log m)
+  // for each place where the triangle leaves one face for another.
+  double reach(const Triangle& triangle, double enough, double precision, Index guess = 0) const;
+
+  // Whether every point of a triangle is within `limit` of the faces. Never wrongly true; false also where more
+  // than a small share of `limit` would have to tell.
+  bool holds(const Triangle& triangle, double limit) const;
+
+  // Whether one face is within the limit of a whole piece, or some face of its middle at least. `place` is where in
+  // the tree it is, and a guess before.
+  enum class Coverage { nowhere, middle, whole };
+  Coverage find_coverage(const Triangle& piece, double longest, double limit, Index& place) const;
+
+ private:
+  class HoldCheck;
+
+  BoxTree tree_;
+  Panels panels_;
+  std::vector<FramedTriangle> triangles_;  // in the order of the tree
+  std::vector<Index> place_;               // of each face among them
+};
+
+}  // namespace bldsimp
