@@ -74,7 +74,7 @@ def list_losses(scene: FileScene, meshes: list[FlatMesh], format_: str) -> list[
         found.append(f"{cannot} instances: each was written out")
     other = _list_document_contents(scene.document) if scene.document else []
     if other:
-        found.append(f"{cannot} these parts of a glTF document: {', '.join(other)}: lost")
+        found.append(f"{cannot} {', '.join(other)} of the glTF document: lost")
     materials = [part.material for mesh in scene.meshes for part in mesh.parts]
     if format_ == "obj":
         unsupported = dict.fromkeys(key for one in materials if one is not None for key in one.unsupported)

@@ -15,10 +15,10 @@ from textured_shapes import textured_shape
 
 from bldsimp import Options, Tolerance, simplify_scene
 from bldsimp.inspection import surface_of
-from bldsimp.io import Written, read
+from bldsimp.io import FileScene, Written, read
 from bldsimp.io import write as write_scene
 from bldsimp.io.warnings import describe_attribute
-from bldsimp.model import Mesh, Scene
+from bldsimp.model import Mesh
 
 LIBRARY = "# by hand\nnewmtl wall\nKd 1 1 1\nmap_Kd wall.png\nillum 2\nnewmtl roof\nKd 1 1 1\nmap_Kd roof.png\n"
 
@@ -461,7 +461,7 @@ def properties(path: Path) -> list[bytes]:
 @pytest.mark.parametrize("seed", range(12))
 def test_what_is_written_is_read_again(tmp_path: Path, seed: int, suffix: str) -> None:
     given, story = textured_shape(seed)
-    scene = Scene(None, "arrays", [given], 0)
+    scene = FileScene(None, "arrays", [given], 0)
     options = Options(tolerance=Tolerance(1.0, "percent")) if seed % 2 else Options()
     (light_,), _ = simplify_scene(scene, options)
     written = write_scene(scene, [light_], tmp_path / f"out.{suffix}", suffix, options)

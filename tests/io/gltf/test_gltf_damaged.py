@@ -32,12 +32,12 @@ BROKEN = {
         lambda d: d.json["accessors"][1].update(count=7),
         "mesh 0, primitive 0: .* name points that do not exist",
     ),
-    "indices with a sign": (lambda d: d.json["accessors"][0].update(componentType=5122), "no list of whole numbers"),
+    "indices with a sign": (lambda d: d.json["accessors"][0].update(componentType=5122), "not a list of unsigned whole numbers"),
     "indices with a fraction": (
         lambda d: d.json["accessors"][0].update(componentType=5126, count=18),
-        "no list of whole numbers",
+        "not a list of unsigned whole numbers",
     ),
-    "indices in pairs": (lambda d: d.json["accessors"][0].update(type="VEC2", count=18), "no list of whole numbers"),
+    "indices in pairs": (lambda d: d.json["accessors"][0].update(type="VEC2", count=18), "not a list of unsigned whole numbers"),
     "a sparse place with a sign": (
         lambda d: d.json["accessors"][1].update(
             sparse={"count": 1, "indices": {"bufferView": 0, "componentType": 5120}, "values": {"bufferView": 1}}
@@ -62,7 +62,7 @@ BROKEN = {
     "a buffer in another folder": (lambda d: d.at("../box.bin"), "beneath the input's folder"),
     "a buffer at the root": (lambda d: d.at("/etc/passwd"), "beneath the input's folder"),
     "a buffer by a scheme": (lambda d: d.at("file:///etc/passwd"), "beneath the input's folder"),
-    "a number that is none": (lambda d: d.json["nodes"][0].update(scale=[np.nan, 1, 1]), "holds NaN"),
+    "a number that is none": (lambda d: d.json["nodes"][0].update(scale=[np.nan, 1, 1]), "contains NaN"),
     "nodes that scale without end": (
         lambda d: d.json.update(nodes=[{"children": [i + 1], "scale": [1e10] * 3} for i in range(40)] + [{"mesh": 0}]),
         "beyond 1e100",
