@@ -1,7 +1,4 @@
-"""What passes between files and stages: a scene of meshes, each one problem of its own.
-
-Only `io` makes and reads `source`; the stages see arrays alone.
-"""
+"""What passes between files and stages: a scene of meshes, each one problem of its own."""
 
 from __future__ import annotations
 
@@ -15,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .errors import InputError
+from .material import Material
 from .options import COLOR_LEVELS, CUSTOM_LEVELS
 
 Points = NDArray[np.float64]
@@ -48,15 +46,14 @@ class Part:
         any is passed on untouched.
     one_sided : bool
         Its faces are seen from the front only.
-    source : object
-        Where the reader found it; only `io` looks inside.
+    material : Material or None
     """
 
     name: str
     attributes: tuple[str, ...] = ()
     fixed: tuple[str, ...] = ()
     one_sided: bool = False
-    source: Any = None
+    material: Material | None = None
 
 
 @dataclass
@@ -107,7 +104,6 @@ class Mesh:
     normals : (n, 3) float64 or None
         Stored vertex normals, one row per vertex.
     attributes : list of Attribute
-        All that the stages must know of; what only a writer needs may stay in `source`.
     single : bool
         Every stored coordinate is exactly a single-precision number.
     rounding : float
@@ -115,8 +111,8 @@ class Mesh:
         significant digits or more, else 0; model units.
     quantized : bool
         Points are stored as integers: none can move.
-    source : object
-        Only `io` looks inside.
+    number : int
+        Place of the mesh among those of its file.
     """
 
     name: str
@@ -130,7 +126,7 @@ class Mesh:
     single: bool = False
     rounding: float = 0.0
     quantized: bool = False
-    source: Any = None
+    number: int = 0
 
     @cached_property
     def passed_on(self) -> NDArray[np.bool_]:
@@ -163,8 +159,6 @@ class Scene:
     size : int
         Bytes of the file and of the buffers beside it.
     warnings : list of str
-    source : object
-        Only `io` looks inside.
     beside : list of str
         Buffers, material libraries and images that the file names and that are there, by their names beneath its
         folder: the result depends on them.
@@ -175,7 +169,6 @@ class Scene:
     meshes: list[Mesh]
     size: int
     warnings: list[str] = field(default_factory=list)
-    source: Any = None
     beside: list[str] = field(default_factory=list)
 
 

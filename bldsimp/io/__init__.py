@@ -1,6 +1,7 @@
-"""Files to scenes and back: the only package that knows formats."""
+"""Read files into scenes and write them: the only package that knows formats."""
 
 from .read import SUFFIXES, read
+from .file_scene import FileScene
 from .write import WRITABLE, Written, write
 
-__all__ = ["SUFFIXES", "WRITABLE", "Written", "read", "write"]
+__all__ = ["SUFFIXES", "WRITABLE", "FileScene", "Written", "read", "write"]

@@ -1,4 +1,4 @@
-"""Files that appear whole, together, or not at all."""
+"""Write files that appear whole, together, or not at all."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ import shutil
 import time
 from functools import lru_cache
 from pathlib import Path
+from typing import BinaryIO
 
 from ..errors import OutputError
 
 _LEFTOVER = re.compile(r"\.bldsimp-([0-9a-f]{8})-([0-9]+)-[0-9a-f]{8}\.tmp")
-"""Machine and process that write a file, and what tells its files apart."""
+"""Names the machine and the process that write a file, and a number of the file."""
 
 ABANDONED_SECONDS = 3600.0
-"""A file that nobody has written to for so long is no longer being written, whoever has its process's number now."""
+"""A file that did not change for so long is no longer being written, whoever has its process's number now."""
 
 
 def replace_files(files: dict[Path, bytes]) -> None:
-    """Write files beside their targets, then move all into place; the last one last.
+    """Write files next to their targets, then move all into place; the last one last.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ def replace_files(files: dict[Path, bytes]) -> None:
     Raises
     ------
     OutputError
-        Where one cannot be written; what was there before is then untouched, and nothing is left over.
+        If one cannot be written; what was there before is then untouched, and nothing is left over.
     """
     temporary: dict[Path, Path] = {}
     where = Path()
@@ -46,31 +47,50 @@ def replace_files(files: dict[Path, bytes]) -> None:
                     stream.write(data)
                 continue
             target = Path(os.path.realpath(path))
-            beside = target.with_name(f".bldsimp-{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
-            temporary[beside] = target
-            with open(beside, "xb") as stream:
+            temporary_path = target.with_name(f".bldsimp-{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.tmp")
+            temporary[temporary_path] = target
+            with open(temporary_path, "xb") as stream:
                 stream.write(data)
             if target.exists():
-                shutil.copymode(target, beside)
-        for beside, target in list(temporary.items()):
+                shutil.copymode(target, temporary_path)
+        for temporary_path, target in list(temporary.items()):
             where = target
-            os.replace(beside, target)
-            del temporary[beside]
+            os.replace(temporary_path, target)
+            del temporary[temporary_path]
     except BrokenPipeError:
         raise
     except OSError as error:
         raise OutputError(f"{where}: cannot be written: {error.strerror or error}") from None
     finally:
-        for beside in temporary:
-            # A folder that takes no file may not let one go either; the error that led here says why.
+        for temporary_path in temporary:
+            # A folder that takes no file may not release one either; the error that led here says why.
             with contextlib.suppress(OSError):
-                beside.unlink()
+                temporary_path.unlink()
+
+
+def write_stream(stream: BinaryIO, data: bytes) -> None:
+    """Write all data to a stream: an unbuffered pipe takes only as much at a time as it has room for.
+
+    Raises
+    ------
+    OutputError
+        If the stream cannot be written.
+    """
+    rest = memoryview(data)
+    try:
+        while len(rest):
+            rest = rest[stream.write(rest) :]
+        stream.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 
 
 def clear_leftovers(folder: Path) -> None:
-    """Remove what processes that were killed while they wrote have left in a folder; on Linux and macOS.
+    """Remove files that processes left in a folder when they were killed; on Linux and macOS.
 
-    What a process still writes stays. Of another machine nobody knows which run: there, time has to tell.
+    Files that a process still writes stay. The processes of another machine are unknown: there, the file's age decides.
     """
     with contextlib.suppress(FileNotFoundError), os.scandir(folder) as entries:
         for entry in entries:
@@ -81,14 +101,14 @@ def clear_leftovers(folder: Path) -> None:
 
 
 def _is_written(machine: str, process: int, changed: float) -> bool:
-    """Whether the process may still be about to put its file in place."""
+    """Tell whether the process may still put its file in place."""
     if time.time() - changed > ABANDONED_SECONDS:
         return False
     if machine != _machine():
         return True
     try:
         os.kill(process, 0)
-        # One that has ended may still have its number, until whoever started it asks how it ended.
+        # A process that has ended keeps its number until its parent asks how it ended.
         with contextlib.suppress(FileNotFoundError):
             return Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()[0] not in (b"Z", b"X")
     except (ProcessLookupError, OverflowError):
@@ -100,7 +120,7 @@ def _is_written(machine: str, process: int, changed: float) -> bool:
 
 @lru_cache(maxsize=1)
 def _machine() -> str:
-    """Stands for what numbers the processes: this machine, or the container that this one is in."""
+    """Return a hash of the machine, or of the container, that numbers the processes."""
     name = platform.node()
     with contextlib.suppress(OSError):
         name += os.readlink("/proc/self/ns/pid")

@@ -1,23 +1,23 @@
-"""A result on its way to a file: rows, faces and parts with all that they carry, in the frame they are written in."""
+"""Lay a result out the way files store it: rows of points, faces and parts with their values, in one frame."""
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model import FACE, Attribute, Faces, Indices, Mesh, Part, Points, SimplifiedMesh
+from ..material import UvMap
+from ..model import FACE, Attribute, Faces, Indices, Mesh, Part, Points, SimplifiedMesh, cast_indices
 from ..options import Options
-from ..stages.normals import resolve_normals
+from ..stages.normals import compute_face_normals, resolve_normals
 from ..tolerance import transform_points
-from .surface import UvMap, material_of
+from ..unique_rows import find_unique_rows
 
 
 @dataclass
-class Sheet:
-    """One instance of one mesh; every row is used by a face.
+class FlatMesh:
+    """One instance of one mesh, or several joined; a face uses every row.
 
     Attributes
     ----------
@@ -41,113 +41,191 @@ class Sheet:
     part: Indices
     parts: list[Part]
 
-    def triangles(self, part: int) -> Faces:
-        """Faces of a part."""
-        own: Faces = self.faces[self.part == part]
-        return own
-
     def values(self, name: str) -> NDArray[np.float64] | None:
-        """Values of an attribute; None where there is no such one."""
+        """Return the values of an attribute, or None if there is none of that name."""
         return next((one.values for one in self.attributes if one.name == name), None)
 
+    def used_parts(self) -> list[Part]:
+        """List the parts that have faces."""
+        return [self.parts[number] for number in np.unique(self.part)]
 
-def sheet(mesh: Mesh, light: SimplifiedMesh, options: Options) -> Sheet:
-    """A result in its mesh's own frame."""
-    light, normals = resolve_normals(mesh, light, options)
-    fixed = mesh.passed_on[light.part_of_face]
+
+def flatten_result(mesh: Mesh, result: SimplifiedMesh, options: Options) -> FlatMesh:
+    """Lay a result out in its mesh's own frame.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    result : SimplifiedMesh
+    options : Options
+        `normals`, `crease_angle` and `delimit`.
+    """
+    result, normals = resolve_normals(mesh, result, options)
+    fixed = mesh.passed_on[result.part_of_face]
     if mesh.normals is not None and normals is None and fixed.any():
         # Parts that are passed on keep their own.
-        normals = np.zeros_like(light.points)
-        normals[light.faces[fixed]] = mesh.normals[light.row][light.faces[fixed]]
-    used = np.zeros(len(light.points), bool)
-    used[light.faces] = True
-    rows = np.flatnonzero(used)
-    compact = np.cumsum(used, dtype=np.int32) - 1
+        normals = np.zeros_like(result.points)
+        normals[result.faces[fixed]] = mesh.normals[result.row][result.faces[fixed]]
+    rows, faces = drop_unused_rows(result.faces, len(result.points))
     attributes = []
     for one in mesh.attributes:
         if options.keeps(one.kind):
-            values = light.values(one)
-            attributes.append(dataclasses.replace(one, values=values if one.on_faces else values[rows]))
-    return Sheet(
+            values = result.values(one)
+            attributes.append(replace(one, values=values if one.on_faces else values[rows]))
+    return FlatMesh(
         name=mesh.name,
-        points=light.points[rows],
+        points=result.points[rows],
         normals=None if normals is None else normals[rows],
         attributes=attributes,
-        faces=compact[light.faces],
-        part=light.part_of_face,
+        faces=faces,
+        part=result.part_of_face,
         parts=mesh.parts,
     )
 
 
-def instance(one: Sheet, transform: NDArray[np.float64]) -> Sheet:
-    """A sheet in world space."""
+def drop_unused_rows(faces: Faces, count: int) -> tuple[NDArray[np.int64], Faces]:
+    """Return the rows, of so many, that faces use, ascending, and the faces in terms of them."""
+    used = np.zeros(count, bool)
+    used[faces] = True
+    return np.flatnonzero(used), (np.cumsum(used, dtype=np.int32) - 1)[faces]
+
+
+def place_instance(flat: FlatMesh, transform: NDArray[np.float64]) -> FlatMesh:
+    """Move a mesh into world space by a 4 x 4 transform; turn its faces if that mirrors it."""
     if np.array_equal(transform, np.eye(4)):
-        return one
+        return flat
     a, b, c = transform[:3, :3].T
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     mirrored = sum((a * np.cross(b, c)).tolist()) < 0.0
-    normals = one.normals
+    normals = flat.normals
     if normals is not None:
         frame = np.eye(4)
         frame[:3, :3] = -cofactors if mirrored else cofactors
-        normals = transform_points(normals, frame)
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-    faces = one.faces[:, ::-1] if mirrored else one.faces
-    return dataclasses.replace(one, points=transform_points(one.points, transform), normals=normals, faces=faces)
+        normals = scale_to_unit(transform_points(normals, frame))
+    faces = flat.faces[:, ::-1] if mirrored else flat.faces
+    return replace(flat, points=transform_points(flat.points, transform), normals=normals, faces=faces)
 
 
-def as_shown(one: Sheet) -> Sheet:
-    """A sheet whose first UV set is that of colour textures, mapped: other formats have one set, and no map of it."""
-    maps = [getattr(material_of(part), "uv_map", UvMap()) for part in one.parts]
-    if all(maps[part] == UvMap() for part in np.unique(one.part)):
-        return one
-    one = _by_corners(one)
-    part = np.repeat(one.part, 3)
-    uv = np.full((len(one.points), 2), np.nan)
+def scale_to_unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Scale vectors, (n, 3), to length 1; leave those of length 0."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0))
+
+
+def apply_uv_maps(flat: FlatMesh) -> FlatMesh:
+    """Replace the first UV set by that of the color textures, mapped: other formats have one set and no map."""
+    maps = [part.material.uv_map if part.material else UvMap() for part in flat.parts]
+    if all(maps[part] == UvMap() for part in np.unique(flat.part)):
+        return flat
+    flat = _split_corners(flat)
+    part = np.repeat(flat.part, 3)
+    uv = np.full((len(flat.points), 2), np.nan)
     for number, own in enumerate(maps):
-        values = one.values(f"TEXCOORD_{own.set}")
+        values = flat.values(f"TEXCOORD_{own.set}")
         if values is not None:
             rows = np.flatnonzero(part == number)
-            uv[rows] = values[rows] if own.matrix == UvMap().matrix else _mapped(values[rows], own.matrix)
-    first = Attribute("TEXCOORD_0", "uv", uv, np.ones((len(one.parts), 2)))
-    return dataclasses.replace(one, attributes=[first, *(a for a in one.attributes if a.name != "TEXCOORD_0")])
+            uv[rows] = values[rows] if own.matrix == UvMap().matrix else _map_uv(values[rows], own.matrix)
+    first = Attribute("TEXCOORD_0", "uv", uv, np.ones((len(flat.parts), 2)))
+    return replace(flat, attributes=[first, *(a for a in flat.attributes if a.name != "TEXCOORD_0")])
 
 
-def _mapped(uv: NDArray[np.float64], matrix: tuple[float, ...]) -> NDArray[np.float64]:
-    """UV moved by a 2 x 3 matrix, summed in a fixed order so that no library's blocking shows."""
+def _map_uv(uv: NDArray[np.float64], matrix: tuple[float, ...]) -> NDArray[np.float64]:
+    """Map UV by a 2 x 3 matrix, summed in a fixed order so that no library's blocking shows."""
     u, v = uv.T
     a, b, c, d, e, f = matrix
     return np.stack([a * u + b * v + c, d * u + e * v + f], axis=1)
 
 
-def spread(one: Sheet) -> Sheet:
-    """A sheet whose faces hand what they carry to their corners, each corner a row."""
-    handed = [
-        dataclasses.replace(
-            own, name=own.name.removeprefix(FACE), values=np.repeat(own.values, 3, axis=0), on_faces=False
-        )
-        for own in one.attributes
-        if own.on_faces
+def spread_face_values(flat: FlatMesh) -> FlatMesh:
+    """Give the values of faces to their corners, each corner a row."""
+    spread = [
+        replace(one, name=one.name.removeprefix(FACE), values=np.repeat(one.values, 3, axis=0), on_faces=False)
+        for one in flat.attributes
+        if one.on_faces
     ]
-    if not handed:
-        return one
-    # Where rows carry the same, faces win, as in most viewers: who gives faces a colour wants it seen.
-    gone = {own.name for own in handed}
-    one = _by_corners(one)
-    rows = [own for own in one.attributes if not own.on_faces and own.name not in gone]
-    return dataclasses.replace(one, attributes=rows + handed)
+    if not spread:
+        return flat
+    # Where rows have the same attribute, faces win, as in most viewers: who colors faces wants to see it.
+    hidden = {one.name for one in spread}
+    flat = _split_corners(flat)
+    rows = [one for one in flat.attributes if not one.on_faces and one.name not in hidden]
+    return replace(flat, attributes=rows + spread)
 
 
-def _by_corners(one: Sheet) -> Sheet:
-    """A sheet with a row for each corner of each face."""
-    corners = one.faces.reshape(-1)
-    return dataclasses.replace(
-        one,
-        points=one.points[corners],
-        normals=None if one.normals is None else one.normals[corners],
-        attributes=[
-            own if own.on_faces else dataclasses.replace(own, values=own.values[corners]) for own in one.attributes
-        ],
-        faces=np.arange(len(corners), dtype=np.int32).reshape(-1, 3),
+def _split_corners(flat: FlatMesh) -> FlatMesh:
+    """Give each corner of each face a row of its own."""
+    corners = flat.faces.reshape(-1)
+    return replace(
+        flat,
+        points=flat.points[corners],
+        normals=None if flat.normals is None else flat.normals[corners],
+        attributes=[one if one.on_faces else replace(one, values=one.values[corners]) for one in flat.attributes],
+        faces=cast_indices(np.arange(len(corners))).reshape(-1, 3),
     )
+
+
+def join_flat_meshes(meshes: list[FlatMesh]) -> FlatMesh:
+    """Join meshes end to end, for formats of one surface; values are NaN where a mesh has no such attribute.
+
+    Normals are zero in rows without, and None if no row has one.
+    """
+    starts = np.cumsum([0, *(len(one.points) for one in meshes)])
+    first_parts = np.cumsum([0, *(len(one.parts) for one in meshes)])
+    normals = None
+    if any(one.normals is not None and one.normals.any() for one in meshes):
+        normals = np.concatenate([np.zeros_like(one.points) if one.normals is None else one.normals for one in meshes])
+    attributes = []
+    for name, one in {one.name: one for flat in meshes for one in flat.attributes}.items():
+        given = [flat.values(name) for flat in meshes]
+        counts = [len(flat.faces) if one.on_faces else len(flat.points) for flat in meshes]
+        attributes.append(replace(one, values=_join_values(given, counts)))
+    return FlatMesh(
+        name="",
+        points=np.concatenate([one.points for one in meshes]),
+        normals=normals,
+        attributes=attributes,
+        faces=cast_indices(np.concatenate([one.faces + start for one, start in zip(meshes, starts, strict=False)])),
+        part=cast_indices(np.concatenate([one.part + at for one, at in zip(meshes, first_parts, strict=False)])),
+        parts=[part for one in meshes for part in one.parts],
+    )
+
+
+def _join_values(given: list[NDArray[np.float64] | None], counts: list[int]) -> NDArray[np.float64]:
+    """Join values of so many rows each, in the width of the widest; NaN where there are none."""
+    joined = np.full((sum(counts), max(values.shape[1] for values in given if values is not None)), np.nan)
+    start = 0
+    for values, count in zip(given, counts, strict=True):
+        if values is not None:
+            joined[start : start + count, : values.shape[1]] = values
+        start += count
+    return joined
+
+
+def has_same_surface(mesh: Mesh, result: SimplifiedMesh, parts: list[int]) -> bool:
+    """Tell whether parts have as many faces as before, on the same points, of the same area and outside.
+
+    Then the file is better left as it is stored. Which diagonals cut a flat piece does not matter, but no face may be
+    without area.
+    """
+    if result.changed or any(
+        np.count_nonzero(mesh.part_of_face == part) != np.count_nonzero(result.part_of_face == part) for part in parts
+    ):
+        return False
+    chosen = np.isin(result.part_of_face, parts)
+    old, new = mesh.faces[np.isin(mesh.part_of_face, parts)], result.faces[chosen]
+    if (result.points[new] != mesh.points[result.row[new]]).any():
+        return False
+    if _count_points(mesh.points, old) != _count_points(result.points, new):
+        return False
+    # So that no product of coordinates leaves the range of double precision.
+    unit = float(np.abs(mesh.points[old]).max()) or 1.0
+    before, after = compute_face_normals(mesh.points / unit, old), compute_face_normals(result.points / unit, new)
+    areas = np.linalg.norm(before, axis=1)
+    sides = (after * compute_face_normals(mesh.points / unit, mesh.faces[result.face[chosen]])).sum(axis=1)
+    same = np.isclose(areas.sum(), np.linalg.norm(after, axis=1).sum(), rtol=1e-9, atol=0.0)
+    return bool(same and (areas > 0.0).all() and (sides > 0.0).all())
+
+
+def _count_points(points: Points, faces: Faces) -> int:
+    """Count the distinct positions that faces use."""
+    return len(find_unique_rows(points[np.unique(faces)])[0])

@@ -1,12 +1,12 @@
-"""OBJ material libraries: the colour and the textures of each material, read and written."""
+"""Read and write OBJ material libraries: the color and the textures of each material."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
 
-from .folder import Folder, beneath
-from .surface import Material, UvMap
+from ..material import Material, UvMap
+from .input_folder import InputFolder, find_beneath
 
 _MAPS = (
     "map_ka", "map_kd", "map_ks", "map_ke", "map_ns", "map_d", "map_tr", "map_bump", "bump", "norm", "map_kn", "disp",
@@ -17,9 +17,68 @@ _MAPS = (
 _OPTIONS = {"-o": 3, "-s": 3, "-t": 3, "-mm": 2}
 """Options of a texture that take several numbers; all others take one word."""
 
-
 _NUMBERS = {"Ke": 3, "Pm": 1, "Pr": 1}
-"""Statements that glTF has a like of, and how many numbers they take."""
+"""Statements that glTF has a counterpart of, and how many numbers they take."""
+
+
+def replace_bad_bytes(name: str) -> str:
+    """Return a name that every encoding takes: bytes that were no UTF-8 become replacement characters."""
+    return name.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
+def split_library_names(line: str, folder: InputFolder) -> list[str]:
+    """List the libraries that an OBJ line names: one file whose name may contain blanks, or several words."""
+    words = line.split()
+    several = find_beneath(folder.path, line) is None and any(find_beneath(folder.path, word) for word in words)
+    return words if several else [line]
+
+
+def read_materials(libraries: list[str], folder: InputFolder) -> tuple[dict[str, Material], list[str]]:
+    """Read material libraries.
+
+    Parameters
+    ----------
+    libraries : list of str
+    folder : InputFolder
+        The folder of the OBJ file.
+
+    Returns
+    -------
+    materials : dict of str to Material
+        By name. Textures are named relative to the OBJ file; those of a library in another folder are first looked
+        for there.
+    missing : list of str
+        Libraries that do not exist.
+    """
+    materials: dict[str, Material] = {}
+    missing: list[str] = []
+    for library in libraries:
+        data = folder.load(library)
+        if data is None:
+            missing.append(library)
+            continue
+        own = library.replace("\\", "/").rpartition("/")[0]
+        for name, draft in _read_drafts(data.decode("utf-8", "surrogateescape")).items():
+            for key, texture in draft.maps.items():
+                if own and folder.has(f"{own}/{texture}"):
+                    draft.maps[key] = f"{own}/{texture}"
+            materials.setdefault(name, draft.finish(name))
+    return materials, missing
+
+
+def write_materials(materials: list[Material]) -> str:
+    """Return the text of an MTL file."""
+    lines = []
+    for material in materials:
+        lines.append(f"newmtl {material.name}")
+        if material.color:
+            lines.append("Kd " + " ".join(repr(float(value)) for value in material.color[:3]))
+            if material.color[3] != 1.0:
+                lines.append(f"d {material.color[3]!r}")
+        if material.texture:
+            lines.append(f"map_Kd {material.texture}")
+        lines += [f"{key} {name}" for key, name in material.other_textures]
+    return "\n".join([*lines, ""])
 
 
 @dataclass
@@ -28,58 +87,50 @@ class _Draft:
 
     color: tuple[float, float, float, float] | None = None
     maps: dict[str, str] = field(default_factory=dict)
-    stretch: tuple[float, float] = (1.0, 1.0)
+    repeats: tuple[float, float] = (1.0, 1.0)
     uv_map: UvMap = field(default_factory=UvMap)
     clamp: bool = False
     numbers: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    left: dict[str, None] = field(default_factory=dict)
+    unsupported: list[str] = field(default_factory=list)
 
-    def material(self, name: str) -> Material:
-        """What the lines made."""
+    def finish(self, name: str) -> Material:
+        """Return the material that the lines describe."""
         color = next((value for key, value in self.maps.items() if key.lower() == "map_kd"), None)
         others = tuple((key, value) for key, value in self.maps.items() if key.lower() != "map_kd")
-        numbers, left = dict(self.numbers), dict(self.left)
+        numbers, unsupported = dict(self.numbers), dict.fromkeys(self.unsupported)
         if "Ke" in numbers and any(key.lower() == "map_ke" for key, _ in others):
-            # Without its texture, which only MTL takes along, all of the surface would give light.
+            # Without its texture, which only MTL can name, the whole surface would glow.
             del numbers["Ke"]
-            left["Ke"] = None
+            unsupported["Ke"] = None
         return Material(
-            name, self.color, color, others, self.stretch,
-            uv_map=self.uv_map, clamp=self.clamp, numbers=tuple(numbers.items()), left=tuple(left),
+            name, self.color, color, others, self.repeats,
+            uv_map=self.uv_map, clamp=self.clamp, numbers=tuple(numbers.items()), unsupported=tuple(unsupported),
         )  # fmt: skip
 
+    def add_texture(self, key: str, value: str) -> None:
+        """Add a texture statement: a texture shows `-s` times UV plus `-o`."""
+        name, options = _split_options(value)
+        if not name:
+            return
+        u, v = _parse_floats(options.get("-s", []), 2)
+        self.maps[key] = name
+        self.repeats = max(self.repeats[0], abs(u)), max(self.repeats[1], abs(v))
+        if key.lower() == "map_kd":
+            du, dv = _parse_floats(options.get("-o", []), 2, missing=0.0)
+            self.uv_map = UvMap(0, (u, 0.0, du, 0.0, v, dv))
+            self.clamp = options.get("-clamp") == ["on"]
 
-def library_names(line: str, beside: Folder) -> list[str]:
-    """Libraries that an OBJ line names: a file whose name may have blanks, or else several words."""
-    words = line.split()
-    several = beneath(beside.path, line) is None and any(beneath(beside.path, word) is not None for word in words)
-    return words if several else [line]
-
-
-def read_materials(libraries: list[str], beside: Folder) -> tuple[dict[str, Material], list[str]]:
-    """Materials by name, and the libraries that are missing.
-
-    Textures are named relative to the OBJ file. Those of a library in another folder are looked for there first.
-    """
-    materials: dict[str, Material] = {}
-    missing: list[str] = []
-    for library in libraries:
-        data = beside(library)
-        if data is None:
-            missing.append(library)
-            continue
-        folder = library.replace("\\", "/").rpartition("/")[0]
-        for name, draft in _drafts(data.decode("utf-8", "surrogateescape")).items():
-            if folder:
-                for key, texture in draft.maps.items():
-                    if beside.has(f"{folder}/{texture}"):
-                        draft.maps[key] = f"{folder}/{texture}"
-            materials.setdefault(name, draft.material(name))
-    return materials, missing
+    def add_statement(self, key: str, words: list[str]) -> None:
+        """Add any other statement, unless it states a default: zeros, or the usual `illum`."""
+        numeric = all(map(_is_number, words))
+        if key in _NUMBERS and len(words) == _NUMBERS[key] and numeric:
+            self.numbers[key] = tuple(map(float, words))
+        elif words not in (["1"], ["2"]) if key == "illum" else not numeric or any(map(float, words)):
+            self.unsupported.append(key)
 
 
-def _drafts(text: str) -> dict[str, _Draft]:
-    """Materials of a library."""
+def _read_drafts(text: str) -> dict[str, _Draft]:
+    """Read the materials of a library."""
     drafts: dict[str, _Draft] = {}
     current = _Draft()
     for line in text.splitlines():
@@ -88,44 +139,21 @@ def _drafts(text: str) -> dict[str, _Draft]:
         if key == "newmtl":
             current = drafts.setdefault(value, _Draft())
         elif key == "Kd":
-            red, green, blue = _floats(value.split(), 3)
+            red, green, blue = _parse_floats(value.split(), 3)
             current.color = (red, green, blue, current.color[3] if current.color else 1.0)
         elif key in ("d", "Tr"):
-            share = _floats(value.split()[-1:], 1)[0]
+            share = _parse_floats(value.split()[-1:], 1)[0]
             opaque = share if key == "d" else 1.0 - share
             current.color = (*(current.color or (1.0, 1.0, 1.0, 1.0))[:3], opaque)
         elif key.lower() in _MAPS and value:
-            _add_texture(current, key, value)
+            current.add_texture(key, value)
         elif key and not key.startswith("#"):
-            _add_rest(current, key, value.split())
+            current.add_statement(key, value.split())
     return drafts
 
 
-def _add_rest(draft: _Draft, key: str, words: list[str]) -> None:
-    """Take any other statement, where it says something: noughts do not, nor that light falls as usual."""
-    numeric = all(map(_is_number, words))
-    if key in _NUMBERS and len(words) == _NUMBERS[key] and numeric:
-        draft.numbers[key] = tuple(map(float, words))
-    elif words not in (["1"], ["2"]) if key == "illum" else not numeric or any(map(float, words)):
-        draft.left[key] = None
-
-
-def _add_texture(draft: _Draft, key: str, value: str) -> None:
-    """Take a texture statement: a texture shows `-s` times UV plus `-o`."""
-    name, options = _texture(value)
-    if not name:
-        return
-    u, v = _floats(options.get("-s", []), 2)
-    draft.maps[key] = name
-    draft.stretch = max(draft.stretch[0], abs(u)), max(draft.stretch[1], abs(v))
-    if key.lower() == "map_kd":
-        du, dv = _floats(options.get("-o", []), 2, missing=0.0)
-        draft.uv_map = UvMap(0, (u, 0.0, du, 0.0, v, dv))
-        draft.clamp = options.get("-clamp") == ["on"]
-
-
-def _texture(value: str) -> tuple[str, dict[str, list[str]]]:
-    """The file of a texture statement, and the words of its options."""
+def _split_options(value: str) -> tuple[str, dict[str, list[str]]]:
+    """Split a texture statement into the file and the words of its options."""
     options: dict[str, list[str]] = {}
     while value.startswith("-"):
         option, _, value = value.partition(" ")
@@ -147,26 +175,11 @@ def _is_number(word: str) -> bool:
         return False
 
 
-def _floats(words: list[str], count: int, *, missing: float = 1.0) -> list[float]:
-    """The first numbers of some words, and `missing` where there are fewer."""
+def _parse_floats(words: list[str], count: int, *, missing: float = 1.0) -> list[float]:
+    """Parse so many numbers, up to the first word that is none; `missing` stands for the rest."""
     found = []
     for word in words[:count]:
         if not _is_number(word):
             break
         found.append(float(word))
     return found + [missing] * (count - len(found))
-
-
-def material_library(materials: list[Material]) -> str:
-    """The text of an MTL file."""
-    lines = []
-    for material in materials:
-        lines.append(f"newmtl {material.name}")
-        if material.color:
-            lines.append("Kd " + " ".join(repr(float(value)) for value in material.color[:3]))
-            if material.color[3] != 1.0:
-                lines.append(f"d {material.color[3]!r}")
-        if material.texture:
-            lines.append(f"map_Kd {material.texture}")
-        lines += [f"{key} {name}" for key, name in material.others]
-    return "\n".join([*lines, ""])

@@ -1,84 +1,87 @@
-"""Wavefront OBJ: objects, groups and materials are parts of one mesh; polygons stay polygons."""
+"""Read and write Wavefront OBJ: objects, groups and materials are parts of one mesh; polygons stay polygons."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..model import Mesh, Part, attach_attributes, color_attribute
+from ..material import Material
+from ..model import Indices, Mesh, Part, attach_attributes, cast_indices, color_attribute
 from ..unique_rows import find_unique_rows
-from .folder import Folder
-from .mtl import library_names, read_materials
-from .surface import Material, Polygons, polygon_mesh, shown, uv_attribute
-from .text import numbers, ragged, table
+from .flat_mesh import FlatMesh
+from .input_folder import InputFolder
+from .mtl import read_materials, replace_bad_bytes, split_library_names
+from .polygons import Polygons, build_mesh
+from .text_numbers import parse_numbers, parse_ragged_rows, parse_rows
+from .textures import make_uv_attribute
 
-Index = NDArray[np.int64]
+Numbers = NDArray[np.int64]
 
-_STATE = (b"o", b"g", b"usemtl", b"s")
-_ROUND = (b"", b"#", b"v", b"vt", b"vn", b"f", b"mtllib", *_STATE)
+_STATE = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smoothing"}
+_KNOWN = (b"", b"#", b"v", b"vt", b"vn", b"f", b"mtllib", *_STATE)
 
 
 @dataclass(frozen=True)
-class State:
-    """What the lines before a face say of it, as they are written; "" where nothing is said."""
+class ObjState:
+    """Values that the lines before a face set for it, as they are written; "" where nothing is set."""
 
     object: str = ""
     group: str = ""
     material: str = ""
     smoothing: str = ""
 
-    def name(self) -> str:
-        """The part as the user knows it."""
-        return " / ".join(shown(text) for text in (self.object, self.group, self.material) if text) or "mesh"
+    def describe(self) -> str:
+        """Name the part as the user knows it."""
+        return (
+            " / ".join(replace_bad_bytes(text) for text in (self.object, self.group, self.material) if text) or "mesh"
+        )
 
 
 @dataclass
-class ObjPart:
-    """`Part.source` of a part read from an OBJ file."""
-
-    state: State
-    material: Material | None
-
-
-@dataclass
-class ObjFormat:
-    """`Mesh.source` of a mesh read from an OBJ file.
+class ObjStyle:
+    """Properties of an OBJ file that its result keeps.
 
     Attributes
     ----------
+    states : list of ObjState
+        One for each part.
     libraries : list of str
         Material libraries, as the file names them.
     textures : list of str
-        What the libraries name, relative to the OBJ file.
+        Files that the libraries name, relative to the OBJ file.
     missing : list of str
-        Libraries that are not there.
+        Libraries that do not exist.
     color_scale : float
-        What is stored for a colour of 1.
+        The number that is stored for a color of 1.
     """
 
-    libraries: list[str]
-    textures: list[str]
-    missing: list[str]
+    states: list[ObjState] = field(default_factory=list)
+    libraries: list[str] = field(default_factory=list)
+    textures: list[str] = field(default_factory=list)
+    missing: list[str] = field(default_factory=list)
     color_scale: float = 1.0
 
 
-def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
-    """Read an OBJ file into one mesh.
+def read_obj(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mesh, ObjStyle]:
+    """Read an OBJ file.
 
     Parameters
     ----------
     data : bytes
-    beside : Folder
-        Where the OBJ file is.
+    folder : InputFolder
+        The folder of the OBJ file.
     warnings : list of str
-        Told what is left out.
+        Receives a message about each kind of data that is ignored.
 
     Raises
     ------
     InputError
+        If the file is damaged, or has no faces.
     """
     if b"\\" in data:
         data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
@@ -86,177 +89,268 @@ def read_obj(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
     if b"\t" in data:
         lines = [line.replace(b"\t", b" ") for line in lines]
     keys = np.array([line.partition(b" ")[0][:20] for line in lines])
-    _warn_of_rest(keys, warnings)
-    positions, colors = _positions([lines[i][2:] for i in np.flatnonzero(keys == b"v")], warnings)
-    where_faces = np.flatnonzero(keys == b"f")
-    sizes, triples = _corners([lines[i][2:] for i in where_faces])
-    counts = [len(positions), int(np.sum(keys == b"vt")), int(np.sum(keys == b"vn"))]
-    _absolute(triples, sizes, where_faces, keys, counts)
-    textures = table([lines[i][3:] for i in np.flatnonzero(keys == b"vt")])
+    _warn_of_ignored_lines(keys, warnings)
+
+    def values_of(key: bytes) -> list[bytes]:
+        return [lines[i][len(key) + 1 :] for i in np.flatnonzero(keys == key)]
+
+    positions, colors = _read_positions(values_of(b"v"), warnings)
+    textures = parse_rows(values_of(b"vt"))
     if np.any(np.nan_to_num(textures[:, 2:])):
-        warnings.append("the third of three OBJ texture coordinates was left out")
-    normals = _wide(table([lines[i][3:] for i in np.flatnonzero(keys == b"vn")]), 3)
-    states, part = _states(lines, keys, where_faces)
-    row_triples, corners = _rows(triples, len(positions))
-    named = [lines[i][7:].strip().decode("utf-8", "surrogateescape") for i in np.flatnonzero(keys == b"mtllib")]
-    libraries = list(dict.fromkeys(name for line in named for name in library_names(line, beside)))
-    materials, missing = read_materials(libraries, beside)
-    parts = [Part(state.name(), source=ObjPart(state, materials.get(state.material))) for state in states]
-    offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
-    mesh, _ = polygon_mesh(
-        shown(states[0].object) if states else "",
-        positions[row_triples[:, 0]],
-        Polygons(offsets, corners.astype(np.int32), part),
-        parts,
-        warnings,
-    )
-    textured = (name for material in materials.values() for name in material.textures)
-    mesh.source = ObjFormat(libraries, list(dict.fromkeys(textured)), missing)
-    for texture in mesh.source.textures:
-        beside.has(texture)
+        warnings.append("ignored the third of three OBJ texture coordinates")
+    normals = parse_rows(values_of(b"vn"))
+    face_lines = np.flatnonzero(keys == b"f")
+    sizes, triples = _read_corners(values_of(b"f"))
+    _resolve_numbers(triples, sizes, face_lines, keys, (len(positions), len(textures), len(normals)))
+    rows, corners = _number_rows(triples, len(positions))
+    states, part = _read_states(lines, keys, face_lines)
+    named = [line.strip().decode("utf-8", "surrogateescape") for line in values_of(b"mtllib")]
+    libraries = list(dict.fromkeys(name for line in named for name in split_library_names(line, folder)))
+    materials, missing = read_materials(libraries, folder)
+    used = list(dict.fromkeys(name for material in materials.values() for name in material.textures))
+    for texture in used:
+        folder.has(texture)
+    parts = [Part(state.describe(), material=materials.get(state.material)) for state in states]
+    name = replace_bad_bytes(states[0].object) if states else ""
+    polygons = Polygons(sizes, cast_indices(corners), part)
+    mesh, _ = build_mesh(name, positions[rows[:, 0]], polygons, parts, warnings)
+    style = ObjStyle(states, libraries, used, missing)
     attributes = []
-    if np.any(row_triples[:, 1] >= 0):
-        attributes.append(uv_attribute(_taken(_wide(textures, 2), row_triples[:, 1]), parts, beside.picture))
+    if np.any(rows[:, 1] >= 0):
+        attributes.append(make_uv_attribute(_take_rows(textures, rows[:, 1], 2), parts, folder.load_image))
     if colors is not None:
-        mesh.source.color_scale = 255.0 if np.nanmax(colors, initial=0.0) > 1.0 else 1.0
-        attributes.append(color_attribute(colors[row_triples[:, 0]] / mesh.source.color_scale, mesh))
+        style.color_scale = 255.0 if np.nanmax(colors, initial=0.0) > 1.0 else 1.0
+        attributes.append(color_attribute(colors[rows[:, 0]] / style.color_scale, mesh))
     attach_attributes(mesh, attributes)
-    if np.any(row_triples[:, 2] >= 0):
-        mesh.normals = np.nan_to_num(_taken(normals, row_triples[:, 2]))
-    return [mesh]
+    if np.any(rows[:, 2] >= 0):
+        mesh.normals = np.nan_to_num(_take_rows(normals, rows[:, 2], 3))
+    return mesh, style
 
 
-def _warn_of_rest(keys: NDArray[np.bytes_], warnings: list[str]) -> None:
+def _warn_of_ignored_lines(keys: NDArray[np.bytes_], warnings: list[str]) -> None:
     """Name the statements that are not read."""
     for key, count in zip(*np.unique(keys, return_counts=True), strict=True):
-        if key not in _ROUND and not key.startswith(b"#"):
-            text = key[:20].decode(errors="replace")
-            warnings.append(f"{count:,} OBJ lines that start with '{text}' were left out")
+        if key not in _KNOWN and not key.startswith(b"#"):
+            warnings.append(f"ignored {count:,} OBJ lines that start with '{key[:20].decode(errors='replace')}'")
 
 
-def _positions(lines: list[bytes], warnings: list[str]) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Positions, and colours where six or seven numbers follow a `v`."""
+def _read_positions(lines: list[bytes], warnings: list[str]) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Read positions, and colors where six or seven numbers follow a `v`."""
     if not lines:
         return np.empty((0, 3)), None
-    values, sizes = table(lines), None
+    values, sizes = parse_rows(lines), None
     if np.isnan(values).any() or values.shape[1] not in (3, 4, 6, 7):
-        values, sizes = ragged(lines)
+        values, sizes = parse_ragged_rows(lines)
         if sizes.min() < 3:
             raise InputError(f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates")
     width = values.shape[1]
-    if width in (4, 7):
-        weights = values[:, 3]
-        if width == 4 and np.any(np.isfinite(weights) & (weights != 1.0)):
-            warnings.append("the weights of rational OBJ points were left out")
+    if width == 4 and np.any(np.isfinite(values[:, 3]) & (values[:, 3] != 1.0)):
+        warnings.append("ignored the weights of rational OBJ points")
     if width < 6:
         return np.ascontiguousarray(values[:, :3]), None
     colors = values[:, width - 3 : width].copy()
     colored = np.full(len(colors), True) if sizes is None else sizes >= 6
     broken = colored & ~np.isfinite(colors).all(axis=1)
     if broken.any():
-        warnings.append(f"the colours of {int(broken.sum()):,} OBJ points are no numbers: left out")
+        warnings.append(f"ignored the colors of {int(broken.sum()):,} OBJ points, which are no numbers")
     colors[broken | ~colored] = np.nan
     return np.ascontiguousarray(values[:, :3]), colors
 
 
-def _corners(lines: list[bytes]) -> tuple[Index, Index]:
-    """Corners per face, and (c, 3) numbers v, vt, vn as written, 0 where left out."""
+def _read_corners(lines: list[bytes]) -> tuple[Numbers, Numbers]:
+    """Read corners per face, and (c, 3) numbers v, vt, vn as written, 0 where left out."""
     if not lines:
         return np.zeros(0, np.int64), np.zeros((0, 3), np.int64)
     text = b"\n".join(lines) + b"\n"
     raw = np.frombuffer(text, np.uint8)
     blank = (raw == 32) | (raw == 10)
-    start = ~blank & np.concatenate([[True], blank[:-1]])
-    starts = np.flatnonzero(start)
-    line_ends = np.searchsorted(starts, np.flatnonzero(raw == 10))
-    sizes = np.diff(np.concatenate([[0], line_ends]))
+    starts = np.flatnonzero(~blank & np.concatenate([[True], blank[:-1]]))
+    sizes = np.diff(np.searchsorted(starts, np.flatnonzero(raw == 10)), prepend=0)
     # Stored column by column, since each column is worked on by itself.
     triples = np.zeros((len(starts), 3), np.int64, order="F")
     if b"/" not in text:
-        triples[:, 0] = numbers(text, np.int64)
+        triples[:, 0] = parse_numbers(text, np.int64)
         return sizes, triples
     owner = np.searchsorted(starts, np.flatnonzero(raw == 47), side="right") - 1
     slashes = np.bincount(owner, minlength=len(starts))
     if slashes.max() > 2:
         raise InputError("an OBJ face has a corner with more than two slashes: the file is damaged")
     text = text.replace(b"//", b"/0/").replace(b"/ ", b"/0 ").replace(b"/\n", b"/0\n")
-    flat = numbers(text.replace(b"/", b" "), np.int64)
+    flat = parse_numbers(text.replace(b"/", b" "), np.int64)
     if len(flat) != len(starts) + slashes.sum():
         raise InputError("an OBJ face has a corner without a vertex number: the file is damaged")
-    first = np.concatenate([[0], np.cumsum(slashes + 1)[:-1]]).astype(np.int64)
+    first = np.cumsum(slashes + 1) - (slashes + 1)
     for column in range(3):
         has = slashes >= column
         triples[has, column] = flat[first[has] + column]
     return sizes, triples
 
 
-def _absolute(triples: Index, sizes: Index, where_faces: Index, keys: NDArray[np.bytes_], counts: list[int]) -> None:
+def _resolve_numbers(
+    triples: Numbers, sizes: Numbers, face_lines: Numbers, keys: NDArray[np.bytes_], counts: Sequence[int]
+) -> None:
     """Make numbers count from 0, in place, with -1 for those left out; refuse those out of range."""
-    for column, key in enumerate((b"v", b"vt", b"vn")):
-        numbers_ = triples[:, column]
-        negative = numbers_ < 0
+    for key, numbers, count in zip((b"v", b"vt", b"vn"), triples.T, counts, strict=True):
+        negative = numbers < 0
         if negative.any():
-            so_far = np.cumsum(keys == key)[where_faces]
-            numbers_[negative] += np.repeat(so_far, sizes)[negative] + 1
-            if np.any(numbers_[negative] <= 0):
-                numbers_[negative & (numbers_ <= 0)] = counts[column] + 1
-        numbers_ -= 1
-        wrong = (numbers_ >= counts[column]) | ((numbers_ < 0) if column == 0 else False)
+            so_far = np.cumsum(keys == key)[face_lines]
+            numbers[negative] += np.repeat(so_far, sizes)[negative] + 1
+            numbers[negative & (numbers <= 0)] = count + 1
+        numbers -= 1
+        wrong = numbers >= count
+        if key == b"v":
+            wrong |= numbers < 0
         if np.any(wrong):
             face = int(np.searchsorted(np.cumsum(sizes), np.flatnonzero(wrong)[0], side="right"))
             raise InputError(
-                f"line {int(where_faces[face]) + 1} of the OBJ names a '{key.decode()}' that does not exist"
-                f" (there are {counts[column]:,}): the file is damaged"
+                f"line {int(face_lines[face]) + 1} of the OBJ names a '{key.decode()}' that does not exist"
+                f" (there are {count:,}): the file is damaged"
             )
 
 
-def _rows(triples: Index, count: int) -> tuple[Index, Index]:
-    """Distinct corners as rows, and the row of each corner; every point is a row where that suffices."""
-    if not np.any(triples[:, 1:] >= 0):
-        rows = np.full((count, 3), -1, np.int64)
-        rows[:, 0] = np.arange(count)
-        return rows, triples[:, 0]
-    v = triples[:, 0]
+def _number_rows(triples: Numbers, count: int) -> tuple[Numbers, Numbers]:
+    """Return distinct corners as rows, and the row of each corner; every point is a row where that suffices."""
+    point = triples[:, 0]
+    rows = np.full((count, 3), -1, np.int64, order="F")
     # Where every point has but one texture coordinate and normal, which is common, no search is needed.
-    only = np.full((count, 3), -1, np.int64, order="F")
-    only[v] = triples
-    if all(np.array_equal(only[v, column], triples[:, column]) for column in (1, 2)):
-        only[:, 0] = np.arange(count)
-        return only, v
+    rows[point] = triples
+    if all(np.array_equal(rows[point, column], triples[:, column]) for column in (1, 2)):
+        rows[:, 0] = np.arange(count)
+        return rows, point
     first, inverse = find_unique_rows(triples)
     return triples[first], inverse
 
 
-def _states(lines: list[bytes], keys: NDArray[np.bytes_], where_faces: Index) -> tuple[list[State], NDArray[np.int32]]:
-    """The distinct states that faces are in, and the state of each face."""
-    where = np.flatnonzero(np.isin(keys, _STATE))
-    words = dict(zip(_STATE, ("object", "group", "material", "smoothing"), strict=True))
-    current = dict.fromkeys(words.values(), "")
-    states: dict[State, int] = {}
-    of_run = np.zeros(len(where) + 1, np.int32)
-    runs = np.searchsorted(where, where_faces)
-    used = np.zeros(len(where) + 1, bool)
-    used[runs] = True
-    for run in range(len(where) + 1):
-        if run:
-            key, _, value = lines[where[run - 1]].partition(b" ")
+def _read_states(lines: list[bytes], keys: NDArray[np.bytes_], face_lines: Numbers) -> tuple[list[ObjState], Indices]:
+    """Return the distinct states that faces are in, and the state of each face."""
+    state_lines = np.flatnonzero(np.isin(keys, list(_STATE)))
+    runs, run_of_face = np.unique(np.searchsorted(state_lines, face_lines), return_inverse=True)
+    current = dict.fromkeys(_STATE.values(), "")
+    states: dict[ObjState, int] = {}
+    state_of_run = np.zeros(len(runs), np.int32)
+    start = 0
+    for number, end in enumerate(runs):
+        for line in state_lines[start:end]:
+            key, _, value = lines[line].partition(b" ")
             text = value.strip().decode("utf-8", "surrogateescape")
-            current[words[key]] = "" if key == b"s" and text in ("off", "0") else text
-        if used[run]:
-            of_run[run] = states.setdefault(State(**current), len(states))
-    return list(states), of_run[runs]
+            current[_STATE[key]] = "" if key == b"s" and text in ("off", "0") else text
+        start = end
+        state_of_run[number] = states.setdefault(ObjState(**current), len(states))
+    return list(states), state_of_run[run_of_face]
 
 
-def _wide(values: NDArray[np.float64], width: int) -> NDArray[np.float64]:
-    """So many columns; numbers that a line leaves out are 0, as OBJ has it for texture coordinates."""
-    full = np.zeros((len(values), width))
+def _take_rows(values: NDArray[np.float64], index: Numbers, width: int) -> NDArray[np.float64]:
+    """Return rows of so many numbers: 0 for those that a line leaves out, NaN where the index is -1."""
+    taken = np.zeros((len(index), width))
     shared = min(width, values.shape[1])
-    full[:, :shared] = np.nan_to_num(values[:, :shared], posinf=0.0, neginf=0.0)
-    return full
-
-
-def _taken(values: NDArray[np.float64], index: Index) -> NDArray[np.float64]:
-    """Rows of an array, NaN where the index is -1."""
-    taken = values[np.maximum(index, 0)].astype(np.float64)
+    taken[:, :shared] = np.nan_to_num(values[np.maximum(index, 0), :shared], posinf=0.0, neginf=0.0)
     taken[index < 0] = np.nan
     return taken
+
+
+def write_obj(
+    meshes: list[FlatMesh], states: list[list[ObjState]], libraries: list[str], color_scale: float = 1.0
+) -> tuple[bytes, int]:
+    """Write meshes as an OBJ file.
+
+    Parameters
+    ----------
+    meshes : list of FlatMesh
+    states : list of list of ObjState
+        For each mesh, one for each part.
+    libraries : list of str
+        Material libraries to name.
+    color_scale : float
+        The number to store for a color of 1; those of 255 get three decimals.
+
+    Returns
+    -------
+    text : bytes
+        Numbers are the shortest that read back exactly in double precision.
+    vertices : int
+        Distinct corners.
+    """
+    writer = _ObjWriter([f"mtllib {name}" for name in libraries])
+    for flat, own in zip(meshes, states, strict=True):
+        writer.add_mesh(flat, own, color_scale)
+    return ("\n".join(writer.lines) + "\n").encode("utf-8", "surrogateescape"), writer.vertices
+
+
+def make_states(flat: FlatMesh, names: dict[Material, str]) -> list[ObjState]:
+    """Return a state for each part of a mesh of another format; the names are those in the material library."""
+
+    def one_line(text: str) -> str:
+        return " ".join(text.split())
+
+    return [
+        ObjState(
+            one_line(flat.name),
+            one_line(part.name) if len(flat.parts) > 1 else "",
+            names.get(part.material, "") if part.material else "",
+        )
+        for part in flat.parts
+    ]
+
+
+class _ObjWriter:
+    """Lines of a file, and the counts and the state that later lines build on."""
+
+    def __init__(self, lines: list[str]) -> None:
+        self.lines = lines
+        self.counts = {"v": 0, "vt": 0, "vn": 0}
+        self.state = ObjState()
+        self.vertices = 0
+
+    def add_mesh(self, flat: FlatMesh, states: list[ObjState], color_scale: float) -> None:
+        """Add the `v`, `vt` and `vn` lines of a mesh, and its faces part by part."""
+        positions, colors, normals = flat.points, flat.values("COLOR_0"), flat.normals
+        if colors is not None:
+            stored = colors[:, :3] if color_scale == 1.0 else np.round(colors[:, :3] * color_scale, 3)
+            positions = np.concatenate([positions, stored], axis=1)
+        if normals is not None:
+            normals = np.where(normals.any(axis=1, keepdims=True), normals, np.nan)
+        given = {"v": positions, "vt": flat.values("TEXCOORD_0"), "vn": normals}
+        columns = np.stack([self._add_rows(key, values, len(positions)) for key, values in given.items()], axis=1)
+        self.vertices += len(find_unique_rows(columns)[0])
+        words = np.array(_name_corners(columns[flat.faces.reshape(-1)]), object).reshape(-1, 3)
+        order = np.argsort(flat.part, kind="stable")
+        parts, starts = np.unique(flat.part[order], return_index=True)
+        for part, rows in zip(parts, np.split(order, starts[1:]), strict=True):
+            self._enter(states[part])
+            self.lines += [f"f {a} {b} {c}" for a, b, c in words[rows].tolist()]
+
+    def _add_rows(self, key: str, values: NDArray[np.float64] | None, count: int) -> Numbers:
+        """Add the distinct rows of one kind; return the number of each, 0 for rows without."""
+        numbers = np.zeros(count, np.int64)
+        if values is None:
+            return numbers
+        present = ~np.isnan(values).all(axis=1)
+        first, inverse = find_unique_rows(values[present])
+        numbers[present] = inverse + self.counts[key] + 1
+        self.counts[key] += len(first)
+        distinct = values[present][first]
+        if distinct.shape[1] == 3 and not np.isnan(distinct).any():
+            self.lines += [f"{key} {x!r} {y!r} {z!r}" for x, y, z in distinct.tolist()]
+            return numbers
+        for row in distinct.tolist():
+            # A point without a color has NaN after its position.
+            self.lines.append(" ".join([key, *(repr(value) for value in row if not math.isnan(value))]))
+        return numbers
+
+    def _enter(self, new: ObjState) -> None:
+        """Add the lines that lead from the state so far to another."""
+        for key, name in _STATE.items():
+            value = getattr(new, name)
+            if value != getattr(self.state, name):
+                self.lines.append(f"{key.decode()} {value or ('off' if key == b's' else '')}".rstrip())
+        self.state = new
+
+
+def _name_corners(columns: Numbers) -> list[str]:
+    """Return the text of corners from the numbers of v, vt and vn, (c, 3), 0 for none."""
+    v, vt, vn = columns.T.tolist()
+    if not columns[:, 1:].any():
+        return list(map(str, v))
+    if not columns[:, 2].any():
+        return [f"{a}/{b}" if b else str(a) for a, b in zip(v, vt, strict=True)]
+    return [(f"{a}/{b or ''}/{c}" if c else f"{a}/{b}" if b else str(a)) for a, b, c in zip(v, vt, vn, strict=True)]

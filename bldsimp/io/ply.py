@@ -1,36 +1,46 @@
-"""Polygon file format (PLY): text and binary, single and double, polygons."""
+"""Read and write the polygon file format (PLY): text and binary, single and double precision, polygons."""
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import PurePosixPath
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..model import Attribute, Indices, Mesh, Part, attach_attributes, color_attribute, custom_attribute
+from ..material import Material
+from ..model import (
+    FACE,
+    Attribute,
+    Indices,
+    Mesh,
+    Part,
+    attach_attributes,
+    cast_indices,
+    color_attribute,
+    custom_attribute,
+)
 from ..unique_rows import find_unique_rows
-from .folder import Folder
-from .ply_values import Columns, Element, Property, binary_columns, text_columns
-from .surface import Material, Polygons, file_stem, polygon_mesh, uv_attribute
+from .flat_mesh import FlatMesh, join_flat_meshes
+from .input_folder import InputFolder, LoadFile
+from .ply_elements import Column, Columns, Element, read_elements, read_header, write_elements
+from .polygons import Polygons, build_mesh
+from .textures import make_uv_attribute
 
-_TYPES = {
-    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
-    "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
-    "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
-}  # fmt: skip
+_POSITION = ("x", "y", "z")
 _NORMAL = ("nx", "ny", "nz")
 _COLORS = ("red", "green", "blue", "alpha")
 _UV = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
+_CORNERS = ("vertex_indices", "vertex_index")
 _WEDGES = ("texcoord", "texture_coordinates")
-_TEXTURE = re.compile(rb"^comment[ \t]+TextureFile[ \t]+(.+?)[ \t\r]*$", re.MULTILINE | re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Bundle:
-    """Properties of an element that make up one attribute, their types, and what is stored for a value of 1."""
+class PlyBundle:
+    """Properties of an element that make up one attribute, their types, and the number that is stored for 1."""
 
     properties: tuple[str, ...]
     types: tuple[str, ...]
@@ -38,138 +48,136 @@ class Bundle:
 
 
 @dataclass
-class PlyFormat:
-    """`Mesh.source` of a mesh read from PLY: how to write it again.
+class PlyStyle:
+    """Properties of a PLY file that its result keeps.
 
     Attributes
     ----------
     encoding : str
     double : bool
         Positions are double.
-    bundles : dict of str to Bundle
+    bundles : dict of str to PlyBundle
         By name of the attribute; ``NORMAL`` is one of them.
     wedges : bool
         Faces have the texture coordinates of their corners.
     """
 
-    encoding: str
-    double: bool
-    bundles: dict[str, Bundle] = field(default_factory=dict)
+    encoding: str = "binary_little_endian"
+    double: bool = False
+    bundles: dict[str, PlyBundle] = field(default_factory=dict)
     wedges: bool = False
 
 
-def read_ply(data: bytes, beside: Folder, warnings: list[str]) -> list[Mesh]:
-    """Read a PLY file into one mesh; each texture that it names is a part.
+def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mesh, PlyStyle]:
+    """Read a PLY file; each texture that it names is a part.
 
     Parameters
     ----------
     data : bytes
-    beside : Folder
-        Where the PLY file is.
+    folder : InputFolder
+        The folder of the PLY file.
     warnings : list of str
-        Told what is left out.
+        Receives a message about each kind of data that is ignored.
 
     Raises
     ------
     InputError
+        If the file is damaged, or has no faces.
     """
-    encoding, elements, start, textures = _header(data)
-    columns = (
-        text_columns(data[start:], elements) if encoding == "ascii" else binary_columns(data, start, encoding, elements)
-    )
-    _name_rest(elements, warnings)
-    if "vertex" not in columns or not {"x", "y", "z"} <= columns["vertex"].scalars.keys():
+    header = read_header(data)
+    columns = read_elements(data, header)
+    _warn_of_ignored_data(header.elements, warnings)
+    if "vertex" not in columns or not set(_POSITION) <= columns["vertex"].scalars.keys():
         raise InputError("the PLY file has no points with x, y and z")
-    types = {element.name: {p.name: p.type for p in element.properties} for element in elements}
-    face = columns.get("face", Columns({}, {}))
-    sizes, corners = _polygons(columns.get("face"))
-    vertex, corners, wedges = _with_wedges(columns["vertex"].scalars, face, sizes, corners)
-    parts, part = _parts(face.scalars, textures, len(sizes))
-    offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
-    mesh, polygon = polygon_mesh(
-        "", _stacked(vertex, ("x", "y", "z")), Polygons(offsets, corners, part), parts, warnings
-    )
-    mesh.source = PlyFormat(encoding, types["vertex"]["x"] == "f8", wedges=wedges is not None)
+    types = {element.name: {one.name: one.type for one in element.properties} for element in header.elements}
+    face = columns.get("face", Columns())
+    sizes, corners = _read_polygons(face) if "face" in columns else (np.zeros(0, np.int64), np.zeros(0, np.int32))
+    vertex, corners, wedges = _split_wedges(columns["vertex"].scalars, face, sizes, corners)
+    parts, part = _make_parts(face.scalars, header.textures, len(sizes))
+    points = _stack_columns(vertex, _POSITION)
+    mesh, polygon = build_mesh("", points, Polygons(sizes, corners, part), parts, warnings)
+    style = PlyStyle(header.encoding, types["vertex"]["x"] == "f8", wedges=wedges is not None)
     if set(_NORMAL) <= vertex.keys():
-        mesh.normals = np.nan_to_num(_stacked(vertex, _NORMAL), posinf=0.0, neginf=0.0)
-        mesh.source.bundles["NORMAL"] = Bundle(_NORMAL, tuple(types["vertex"][name] for name in _NORMAL))
-    attributes = [] if wedges is None else [uv_attribute(wedges, parts, beside.picture)]
-    attributes += _vertex_attributes(mesh, vertex, types["vertex"], beside, wedges is None)
-    if face.scalars:
-        attributes += _face_attributes(mesh, face.scalars, types["face"], polygon, bool(textures))
+        mesh.normals = np.nan_to_num(_stack_columns(vertex, _NORMAL), posinf=0.0, neginf=0.0)
+        style.bundles["NORMAL"] = PlyBundle(_NORMAL, tuple(types["vertex"][name] for name in _NORMAL))
+    attributes = [] if wedges is None else [make_uv_attribute(wedges, parts, folder.load_image)]
+    of_points = {name: column for name, column in vertex.items() if name not in _POSITION + _NORMAL}
+    # Normals of faces follow from their corners.
+    skipped = (*_NORMAL, "texnumber") if header.textures else _NORMAL
+    of_faces = {name: column for name, column in face.scalars.items() if name not in skipped}
+    load = folder.load_image if wedges is None else None
+    for attribute, bundle in (
+        *_read_attributes(mesh, of_points, types["vertex"], load=load),
+        *_read_attributes(mesh, of_faces, types.get("face", {}), polygon=polygon),
+    ):
+        attributes.append(attribute)
+        style.bundles[attribute.name] = bundle
     attach_attributes(mesh, attributes)
-    return [mesh]
+    return mesh, style
 
 
-def _vertex_attributes(
+def _read_attributes(
     mesh: Mesh,
-    vertex: dict[str, NDArray[Any]],
+    columns: dict[str, NDArray[Any]],
     types: dict[str, str],
-    beside: Folder,
-    textured: bool,
-) -> list[Attribute]:
-    """Colours, texture coordinates and all other columns of the points."""
-    rest = [name for name in vertex if name not in ("x", "y", "z", *_NORMAL)]
-    attributes, rest = _colors(mesh, vertex, types, rest, None)
-    pair = next((pair for pair in _UV if set(pair) <= set(rest)), None) if textured else None
-    if pair is not None:
-        attributes.append(uv_attribute(_stacked(vertex, pair), mesh.parts, beside.picture))
-        mesh.source.bundles["TEXCOORD_0"] = Bundle(pair, tuple(types[name] for name in pair))
-        rest = [name for name in rest if name not in pair]
-    return attributes + _customs(mesh, vertex, types, rest, None)
+    *,
+    load: LoadFile | None = None,
+    polygon: Indices | None = None,
+) -> Iterator[tuple[Attribute, PlyBundle]]:
+    """Yield colors, texture coordinates (with `load`) and all other columns of points, or of each face's polygon."""
+    on_faces = polygon is not None
+
+    def take(names: tuple[str, ...]) -> NDArray[np.float64]:
+        values = _stack_columns(columns, names)
+        for name in names:
+            del columns[name]
+        return values
+
+    def bundle(names: tuple[str, ...], scale: float = 1.0) -> PlyBundle:
+        return PlyBundle(names, tuple(types[name] for name in names), scale)
+
+    channels = tuple(name for name in _COLORS if name in columns)
+    if channels[:3] == _COLORS[:3]:
+        values = take(channels)
+        scale = _find_color_scale(np.dtype(types["red"]), values)
+        values = (values if polygon is None else values[polygon]) / scale
+        yield color_attribute(values, mesh, on_faces=on_faces), bundle(channels, scale)
+    pair = next((pair for pair in _UV if set(pair) <= columns.keys()), None) if load else None
+    if load and pair:
+        yield make_uv_attribute(take(pair), mesh.parts, load), bundle(pair)
+    for name in list(columns):
+        values = take((name,))
+        values, whole = values if polygon is None else values[polygon], types[name][0] != "f"
+        yield custom_attribute(f"_{name}", values, mesh, whole=whole, on_faces=on_faces), bundle((name,))
 
 
-def _face_attributes(
-    mesh: Mesh, face: dict[str, NDArray[Any]], types: dict[str, str], polygon: Indices, textured: bool
-) -> list[Attribute]:
-    """Colours and all other columns of the faces; their normals follow from their corners."""
-    rest = [name for name in face if name not in _NORMAL and not (textured and name == "texnumber")]
-    attributes, rest = _colors(mesh, face, types, rest, polygon)
-    return attributes + _customs(mesh, face, types, rest, polygon)
-
-
-def _colors(
-    mesh: Mesh, columns: dict[str, NDArray[Any]], types: dict[str, str], names: list[str], polygon: Indices | None
-) -> tuple[list[Attribute], list[str]]:
-    """Colours of points, or of the polygons that faces were cut out of; and the columns that are left."""
-    channels = tuple(name for name in _COLORS if name in names)
-    if channels[:3] != _COLORS[:3]:
-        return [], names
-    values = _stacked(columns, channels)
-    kind = np.dtype(types["red"])
-    scale = float(np.iinfo(kind).max if kind.kind == "u" and kind.itemsize < 4 else 255)
+def _find_color_scale(kind: np.dtype[Any], values: NDArray[np.float64]) -> float:
+    """Return the number that is stored for a color of 1."""
     if kind.kind == "f" and np.nanmax(values, initial=0.0) <= 1.0:
-        scale = 1.0
-    values = (values if polygon is None else values[polygon]) / scale
-    own = color_attribute(values, mesh, on_faces=polygon is not None)
-    mesh.source.bundles[own.name] = Bundle(channels, tuple(types[name] for name in channels), scale)
-    return [own], [name for name in names if name not in channels]
+        return 1.0
+    return float(np.iinfo(kind).max if kind.kind == "u" and kind.itemsize < 4 else 255)
 
 
-def _customs(
-    mesh: Mesh, columns: dict[str, NDArray[Any]], types: dict[str, str], names: list[str], polygon: Indices | None
-) -> list[Attribute]:
-    """An attribute for each other column of points, or of the polygons that faces were cut out of."""
-    found = []
-    for name in names:
-        values = _stacked(columns, (name,))
-        one = custom_attribute(
-            f"_{name}", values if polygon is None else values[polygon], mesh,
-            whole=types[name][0] != "f", on_faces=polygon is not None,
-        )  # fmt: skip
-        mesh.source.bundles[one.name] = Bundle((name,), (types[name],))
-        found.append(one)
-    return found
-
-
-def _stacked(columns: dict[str, NDArray[Any]], names: tuple[str, ...]) -> NDArray[np.float64]:
+def _stack_columns(columns: dict[str, NDArray[Any]], names: tuple[str, ...]) -> NDArray[np.float64]:
     return np.stack([columns[name].astype(np.float64) for name in names], axis=1)
 
 
-def _with_wedges(
-    vertex: dict[str, NDArray[Any]], face: Columns, sizes: NDArray[np.int64], corners: NDArray[np.int32]
-) -> tuple[dict[str, NDArray[Any]], NDArray[np.int32], NDArray[np.float64] | None]:
-    """Points and corners such that each point has one texture coordinate, and those, where faces have them."""
+def _read_polygons(face: Columns) -> tuple[NDArray[np.int64], Indices]:
+    """Return sizes and corners of the faces."""
+    name = next((name for name in _CORNERS if name in face.lists), None)
+    if name is None:
+        raise InputError("the PLY element 'face' has no list 'vertex_indices'")
+    sizes, corners = face.lists[name]
+    corners = corners.astype(np.int64)
+    if len(corners) and (corners.min() < 0 or corners.max() > 2**31 - 1):
+        raise InputError("a PLY face names a point that does not exist: the file is damaged")
+    return sizes, cast_indices(corners)
+
+
+def _split_wedges(
+    vertex: dict[str, NDArray[Any]], face: Columns, sizes: NDArray[np.int64], corners: Indices
+) -> tuple[dict[str, NDArray[Any]], Indices, NDArray[np.float64] | None]:
+    """Return points and corners such that each point has one texture coordinate, and those, if faces have them."""
     name = next((name for name in _WEDGES if name in face.lists), None)
     if name is None or not len(corners):
         return vertex, corners, None
@@ -177,76 +185,112 @@ def _with_wedges(
     uv = np.full((len(corners), 2), np.nan)
     full = lengths == 2 * sizes
     uv[np.repeat(full, sizes)] = values[np.repeat(full, lengths)].reshape(-1, 2)
-    if not full.any() or np.any((corners < 0) | (corners >= len(vertex["x"]))):
+    if not full.any() or corners.min() < 0 or corners.max() >= len(vertex["x"]):
         return vertex, corners, None
     first, inverse = find_unique_rows(np.column_stack([corners, uv]))
-    return {key: column[corners[first]] for key, column in vertex.items()}, inverse.astype(np.int32), uv[first]
+    return {key: column[corners[first]] for key, column in vertex.items()}, cast_indices(inverse), uv[first]
 
 
-def _parts(face: dict[str, NDArray[Any]], textures: list[str], count: int) -> tuple[list[Part], NDArray[np.int32]]:
-    """A part for each texture that faces have, and the part of each face."""
-    materials = [Material(file_stem(name), texture=name) for name in textures]
+def _make_parts(face: dict[str, NDArray[Any]], textures: list[str], count: int) -> tuple[list[Part], Indices]:
+    """Return a part for each texture that faces have, and the part of each face."""
+    materials = [Material(PurePosixPath(name.replace("\\", "/")).stem, texture=name) for name in textures]
     if not materials or "texnumber" not in face:
-        return [Part("mesh", source=materials[0] if materials else None)], np.zeros(count, np.int32)
+        return [Part("mesh", material=materials[0] if materials else None)], np.zeros(count, np.int32)
     numbers, part = np.unique(face["texnumber"].astype(np.int64), return_inverse=True)
     own = [materials[number] if 0 <= number < len(materials) else None for number in numbers]
-    parts = [Part(one.name if one else "no texture", source=one) for one in own]
-    return parts, part.reshape(-1).astype(np.int32)
+    return [Part(one.name if one else "no texture", material=one) for one in own], cast_indices(part.reshape(-1))
 
 
-def _header(data: bytes) -> tuple[str, list[Element], int, list[str]]:
-    """Encoding, elements, where the values start, and the textures that comments name."""
-    end = re.search(rb"\bend_header[ \t\r]*\n", data[:1_000_000])
-    if not data.startswith(b"ply") or end is None:
-        raise InputError("no PLY header: not a PLY file, or one that ends early")
-    encoding, elements = "", []
-    for line in data[: end.start()].decode("ascii", "replace").splitlines():
-        words = line.split()
-        try:
-            if words[:1] == ["format"]:
-                encoding = words[1]
-            elif words[:1] == ["element"]:
-                elements.append(Element(words[1], int(words[2])))
-            elif words[:2] == ["property", "list"]:
-                count = _TYPES[words[2]]
-                if count[0] == "f":
-                    raise ValueError
-                elements[-1].properties.append(Property(words[4], _TYPES[words[3]], count))
-            elif words[:1] == ["property"]:
-                elements[-1].properties.append(Property(words[2], _TYPES[words[1]]))
-        except (IndexError, KeyError, ValueError):
-            raise InputError(f"the PLY header line '{line.strip()[:60]}' is not understood") from None
-    if encoding not in ("ascii", "binary_little_endian", "binary_big_endian"):
-        raise InputError(f"the PLY format '{encoding[:40]}' is not known")
-    if any(element.rows < 0 for element in elements):
-        raise InputError("the PLY header promises a negative number of rows")
-    textures = [name.decode("utf-8", "surrogateescape") for name in _TEXTURE.findall(data[: end.start()])]
-    return encoding, elements, end.end(), textures
-
-
-def _polygons(face: Columns | None) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-    """Sizes and corners of the faces."""
-    if face is None:
-        return np.zeros(0, np.int64), np.zeros(0, np.int32)
-    name = next((name for name in ("vertex_indices", "vertex_index") if name in face.lists), None)
-    if name is None:
-        raise InputError("the PLY element 'face' has no list 'vertex_indices'")
-    sizes, corners = face.lists[name]
-    corners = corners.astype(np.int64)
-    if len(corners) and (corners.min() < 0 or corners.max() > 2**31 - 1):
-        raise InputError("a PLY face names a point that does not exist: the file is damaged")
-    return sizes, corners.astype(np.int32)
-
-
-def _name_rest(elements: list[Element], warnings: list[str]) -> None:
-    """Refuse strips; name other elements that are not read."""
+def _warn_of_ignored_data(elements: list[Element], warnings: list[str]) -> None:
+    """Refuse strips; name other data that is not read."""
     names = {element.name for element in elements if element.rows}
     if "tristrips" in names and "face" not in names:
-        raise InputError("PLY triangle strips are not read: export the mesh with faces")
+        raise InputError("bldsimp does not read PLY triangle strips: export the mesh with faces")
     for name in sorted(names - {"vertex", "face"}):
-        warnings.append(f"the PLY element '{name}' was left out")
+        warnings.append(f"ignored the PLY element '{name}'")
     for element in elements:
-        read = ("vertex_indices", "vertex_index", *_WEDGES) if element.name == "face" else ()
-        for prop in element.properties if element.name in ("vertex", "face") else ():
-            if prop.count and prop.name not in read:
-                warnings.append(f"the PLY list '{prop.name}' of each {element.name} was left out")
+        known = {"vertex": (), "face": _CORNERS + _WEDGES}.get(element.name)
+        for one in element.properties if known is not None else ():
+            if one.count and one.name not in (known or ()):
+                warnings.append(f"ignored the PLY list '{one.name}' of each {element.name}")
+
+
+def write_ply(meshes: list[FlatMesh], style: PlyStyle, textures: dict[str, str]) -> tuple[bytes, int]:
+    """Write meshes as a PLY file.
+
+    Parameters
+    ----------
+    meshes : list of FlatMesh
+    style : PlyStyle
+        Positions are single or double as it says, and what a PLY file had keeps its types. Otherwise normals and
+        texture coordinates have the type of positions, and colors are bytes. Text keeps the shortest digits that read
+        back exactly in double.
+    textures : dict of str to str
+        File names of those that materials name. If not all faces have the same, faces state theirs, and have the
+        texture coordinates of their corners.
+
+    Returns
+    -------
+    data : bytes
+    vertices : int
+        Distinct vertices.
+    """
+    real = "f8" if style.double else "f4"
+    numbers = np.concatenate([_number_textures(one, list(textures)) for one in meshes])
+    several = bool((numbers != numbers[0]).any())
+    flat = join_flat_meshes(meshes)
+    vertex: list[Column] = [(axis, real, column) for axis, column in zip("xyz", flat.points.T, strict=True)]
+    face: list[Column] = []
+    if flat.normals is not None:
+        bundle = style.bundles.get("NORMAL", PlyBundle(_NORMAL, (real,) * 3))
+        vertex += zip(bundle.properties, bundle.types, flat.normals.T, strict=True)
+    wedges: list[Column] = []
+    for one in flat.attributes:
+        if one.on_faces:
+            face += _make_columns(one, style, real)
+        elif one.name == "TEXCOORD_0" and (style.wedges or several):
+            wedges = [("texcoord", real, np.nan_to_num(one.values)[flat.faces].reshape(-1, 6))]
+        elif one.kind != "tangent":
+            vertex += _make_columns(one, style, real)
+    first, inverse = find_unique_rows(np.stack([values for _, _, values in vertex], axis=1))
+    numbered: list[Column] = [("texnumber", "i4", numbers)] if several else []
+    elements = {
+        "vertex": [(name, kind, values[first]) for name, kind, values in vertex],
+        "face": [("vertex_indices", "i4", inverse[flat.faces]), *wedges, *numbered, *face],
+    }
+    return write_elements(style.encoding, list(textures.values()), elements), len(first)
+
+
+def _number_textures(flat: FlatMesh, textures: list[str]) -> NDArray[np.float64]:
+    """Return the number of each face's texture, -1 for none or where a face has no texture coordinates."""
+    names = [part.material.texture if part.material else None for part in flat.parts]
+    numbers = np.array([textures.index(name) if name in textures else -1 for name in names], np.float64)[flat.part]
+    uv = flat.values("TEXCOORD_0")
+    if uv is not None:
+        numbers[np.isnan(uv[flat.faces]).all(axis=(1, 2))] = -1
+    return numbers
+
+
+def _make_columns(one: Attribute, style: PlyStyle, real: str) -> list[Column]:
+    """Make the columns of an attribute, as they were in a PLY file, or as is common."""
+    values, width, name = one.values, one.values.shape[1], one.name.removeprefix(FACE)
+    if one.name in style.bundles:
+        bundle = style.bundles[one.name]
+    elif name == "COLOR_0":
+        bundle = PlyBundle(_COLORS[:width], ("u1",) * width, 255.0)
+    elif name == "TEXCOORD_0":
+        bundle = PlyBundle(("s", "t"), (real, real))
+    else:
+        label = name.removeprefix("_").lower()
+        names = tuple(f"{label}_{i}" for i in range(width)) if width > 1 else (label,)
+        large = np.any(np.abs(np.nan_to_num(values)) >= 2**31)
+        bundle = PlyBundle(names, (real if one.kind != "feature" else "f8" if large else "i4",) * width)
+    if one.kind == "uv" or name.startswith("COLOR_"):
+        values = np.where(np.isnan(values), 0.0 if one.kind == "uv" else 1.0, values)
+    columns: list[Column] = []
+    for label, kind, column in zip(bundle.properties, bundle.types, values.T * bundle.scale, strict=True):
+        if kind[0] != "f":
+            limits = np.iinfo(kind)
+            column = np.clip(np.rint(np.nan_to_num(column)), float(limits.min), float(limits.max))
+        columns.append((label, kind, column))
+    return columns

@@ -1,196 +1,97 @@
-"""What stands beside a file: textures, images and material libraries, copied or put inside."""
+"""Copy textures and material libraries next to a result, or load them to embed them."""
 
 from __future__ import annotations
 
-import base64
-import os
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-from urllib.parse import quote, unquote
+from urllib.parse import unquote
 
-import numpy as np
+from ..material import Material
+from ..model import Part
+from .flat_mesh import FlatMesh
+from .gltf.document import load_image
+from .input_folder import InputFolder
+from .mtl import write_materials
+from .file_scene import FileScene
+from .textures import find_media_type
 
-from ..model import Part, Scene
-from .flat_mesh import Sheet
-from .folder import beneath
-from .gltf.buffers import pack_views
-from .gltf.document import Document, data_uri
-from .obj import ObjFormat
-from .surface import Material, material_of
-
-_MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp", b"\xabKTX 20": "image/ktx2"}
 _SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/ktx2": "ktx2"}
 
 
-def media_type(data: bytes) -> str:
-    """Media type of an image, by its first bytes."""
-    return next((kind for magic, kind in _MEDIA.items() if data.startswith(magic)), "application/octet-stream")
-
-
-def _missing(kind: str, name: str) -> str:
-    return f"the {kind} '{name[:80]}' is no file beneath the input's folder"
-
-
-def copies(json_: dict[str, Any], source: Path | None, target: Path, warnings: list[str]) -> dict[Path, bytes]:
-    """Images and buffers that a document names, for the folder that it moves to.
-
-    Each keeps its name and its folder there. A reference out of the folder is made relative to the new one instead.
-    """
-    if source is None or source.parent.resolve() == target.parent.resolve():
-        return {}
-    found: dict[Path, bytes] = {}
-    named = [("image", entry) for entry in json_.get("images", [])]
-    for kind, entry in [*named, *(("buffer", entry) for entry in json_.get("buffers", []))]:
-        uri = entry.get("uri", "")
-        if not uri or uri.startswith("data:") or "://" in uri:
-            continue
-        name = Path(unquote(uri).replace("\\", "/"))
-        path = beneath(source.parent, unquote(uri))
-        if name.is_absolute() or ".." in name.parts:
-            entry["uri"] = quote(Path(os.path.relpath(source.parent / name, target.parent)).as_posix())
-        elif path is None:
-            warnings.append(_missing(kind, unquote(uri)))
-        else:
-            found[target.parent / name] = path.read_bytes()
-    return found
-
-
-def embedded_images(
-    json_: dict[str, Any], binary: bytes, source: Path | None, format_: str, warnings: list[str]
-) -> bytes:
-    """Put the images that stand beside a document into it; the new buffer."""
-    extra: list[tuple[dict[str, Any], bytes]] = []
-    for image in json_.get("images", []):
-        uri = image.get("uri", "")
-        if not uri or "://" in uri:
-            continue
-        if uri.startswith("data:"):
-            data = data_uri(uri)
-            if data is None:
-                # It was told on reading; an image that is damaged stays as it is.
-                continue
-        else:
-            path = beneath(source and source.parent, unquote(uri))
-            if path is None:
-                warnings.append(_missing("image", unquote(uri)))
-                continue
-            data = path.read_bytes()
-        media = image.get("mimeType", media_type(data))
-        if format_ == "gltf":
-            image["uri"] = f"data:{media};base64," + base64.b64encode(data).decode()
-            continue
-        image.pop("uri")
-        image["mimeType"] = media
-        views = json_.setdefault("bufferViews", [])
-        image["bufferView"] = len(views)
-        views.append({})
-        extra.append((views[-1], data))
-    if not extra:
-        return binary
-    start = len(binary) + -len(binary) % 8
-    tail = pack_views(extra)
-    for view, _ in extra:
-        view["byteOffset"] += start
-    joined = binary.ljust(start, b"\0") + tail
-    json_.setdefault("buffers", [{}])[0]["byteLength"] = len(joined)
-    return joined
-
-
-class Pictured:
-    """Textures and material libraries of a result, to be written beside it or put inside.
+class Sidecars:
+    """Files to write next to a result.
 
     Attributes
     ----------
     files : dict of Path to bytes
-        To be written beside the main file; what is there already is the same.
     """
 
-    def __init__(self, scene: Scene, main: Path, warnings: list[str]) -> None:
+    def __init__(self, scene: FileScene, main: Path, warnings: list[str]) -> None:
         self.scene = scene
         self.main = main
         self.warnings = warnings
+        self.folder = InputFolder(scene.path and scene.path.parent)
         self.files: dict[Path, bytes] = {}
 
-    def inside(self) -> dict[str, tuple[str, bytes]]:
-        """Media type and bytes of each colour texture of the scene."""
-        found: dict[str, tuple[str, bytes]] = {}
-        for material in _materials([part for mesh in self.scene.meshes for part in mesh.parts]):
+    def load_textures(self) -> dict[str, bytes]:
+        """Load the color textures of the scene, to embed them; return their bytes by name."""
+        found: dict[str, bytes] = {}
+        for material in _list_materials(part for mesh in self.scene.meshes for part in mesh.parts):
             if material.texture and material.texture not in found:
-                image = self._image(material.texture, material)
+                image = self._load_texture(material.texture, material)
                 if image is not None:
-                    found[material.texture] = media_type(image[1]), image[1]
+                    found[material.texture] = image[1]
         return found
 
-    def libraries(
-        self, sheets: list[Sheet], text: Callable[[list[Material]], str]
-    ) -> tuple[list[str], dict[Material, str]]:
-        """Material libraries to name in an OBJ file, and what they call each material; fills `files`."""
-        stored = self.scene.meshes[0].source
-        if isinstance(stored, ObjFormat):
-            for name in [*stored.libraries, *stored.textures]:
-                self._copy(name)
-            return list(stored.libraries), {}
+    def copy_libraries(self) -> list[str]:
+        """Copy the material libraries and textures of an OBJ file under their own names; return the libraries."""
+        for name in (*self.scene.obj.libraries, *self.scene.obj.textures):
+            data = self.folder.load_image(name)
+            if data is None:
+                self.warnings.append(f"the input names '{name}', which is not next to it, so it was not copied")
+            else:
+                self.files[self.main.parent / name.replace("\\", "/")] = data
+        return self.scene.obj.libraries
+
+    def add_library(self, meshes: list[FlatMesh]) -> tuple[list[str], dict[Material, str]]:
+        """Add a material library and its textures; return its name, if any, and the name of each material in it."""
         names: dict[Material, str] = {}
-        for material in _materials(_shown(sheets)):
+        for material in _list_materials(part for one in meshes for part in one.used_parts()):
             # Two materials may have one name in other formats.
-            own, count = " ".join(material.name.split()), 1
-            while own in names.values():
+            base = " ".join(material.name.split())
+            name, count = base, 1
+            while name in names.values():
                 count += 1
-                own = f"{' '.join(material.name.split())}_{count}"
-            names[material] = own
+                name = f"{base}_{count}"
+            names[material] = name
         if not names:
             return [], {}
         library = self.main.with_suffix(".mtl")
-        written = [self._beside(material, name) for material, name in names.items()]
-        self.files[library] = text(written).encode("utf-8", "surrogateescape")
+        materials = [self._add_textures_of(material, name) for material, name in names.items()]
+        self.files[library] = write_materials(materials).encode("utf-8", "surrogateescape")
         return [library.name], names
 
-    def textures(self, sheets: list[Sheet]) -> dict[str, str]:
-        """File names of the colour textures of a result; fills `files`."""
+    def add_color_textures(self, meshes: list[FlatMesh]) -> dict[str, str]:
+        """Add the color textures of meshes with texture coordinates; return the file name of each."""
         found: dict[str, str] = {}
-        for one in sheets:
+        for one in meshes:
             if one.values("TEXCOORD_0") is not None:
-                for material in _materials(_shown([one])):
-                    name = self._put(material.texture, material) if material.texture not in found else None
+                for material in _list_materials(one.used_parts()):
+                    name = self._add_texture(material.texture, material) if material.texture not in found else None
                     if material.texture and name:
                         found[material.texture] = name
         return found
 
-    def _copy(self, name: str) -> None:
-        """Take a file along under its own name."""
-        path = Path(name.replace("\\", "/"))
-        found = beneath(self.scene.path and self.scene.path.parent, name)
-        if found is None:
-            self.warnings.append(f"'{name}' is named by the input but not found beside it, nor copied")
-        else:
-            self.files[self.main.parent / path] = found.read_bytes()
+    def _add_textures_of(self, material: Material, name: str) -> Material:
+        """Return a material under a name of its own, whose textures are files next to the result."""
+        texture = self._add_texture(material.texture, material)
+        others = [(key, self._add_texture(other, material)) for key, other in material.other_textures]
+        return replace(material, name=name, texture=texture, other_textures=tuple((k, v) for k, v in others if v))
 
-    def _image(self, name: str, material: Material) -> tuple[str, bytes] | None:
-        """A name for the file of a texture, and its bytes as they are stored; tells where there is none."""
-        if material.image is not None and name == material.texture:
-            return name, material.image
-        folder = self.scene.path and self.scene.path.parent
-        uri = name
-        if isinstance(self.scene.source, Document):
-            image = self.scene.source.items("images")[int(name)]
-            uri = unquote(image.get("uri", ""))
-            if not uri or uri.startswith("data:"):
-                data = data_uri(image["uri"]) if uri else self.scene.source.view(image["bufferView"])
-                if data is None:
-                    self.warnings.append(f"the data URI of glTF image {name} cannot be decoded: it is lost")
-                    return None
-                return f"{self.main.stem}_{name}.{_SUFFIXES.get(media_type(data), 'bin')}", data
-        path = beneath(folder, uri)
-        if path is None:
-            self.warnings.append(_missing("texture", uri))
-            return None
-        return uri.replace("\\", "/"), path.read_bytes()
-
-    def _put(self, name: str | None, material: Material) -> str | None:
-        """Write a texture beside the result; its name there."""
-        found = self._image(name, material) if name else None
+    def _add_texture(self, name: str | None, material: Material) -> str | None:
+        """Add a texture; return its file name, which differs from those of other textures."""
+        found = self._load_texture(name, material) if name else None
         if found is None:
             return None
         own, data = found
@@ -199,18 +100,27 @@ class Pictured:
         self.files[self.main.parent / own] = data
         return own
 
-    def _beside(self, material: Material, name: str) -> Material:
-        """A material whose textures are files beside the result."""
-        texture = self._put(material.texture, material)
-        others = [(key, self._put(other, material)) for key, other in material.others]
-        return replace(material, name=name, texture=texture, others=tuple((k, v) for k, v in others if v))
+    def _load_texture(self, name: str, material: Material) -> tuple[str, bytes] | None:
+        """Return a file name for a texture, and its bytes as they are stored; warn if there are none."""
+        if material.image is not None and name == material.texture:
+            return name, material.image
+        document, uri = self.scene.document, name
+        if document is not None:
+            data = load_image(document, int(name), self.folder.load_image)
+            uri = unquote(document.items("images")[int(name)].get("uri", ""))
+            if data is not None and (not uri or uri.startswith("data:")):
+                return f"{self.main.stem}_{name}.{_SUFFIXES.get(find_media_type(data), 'bin')}", data
+            if uri.startswith("data:"):
+                self.warnings.append(f"the data URI of glTF image {name} cannot be decoded: it is lost")
+                return None
+        else:
+            data = self.folder.load_image(uri)
+        if data is None:
+            self.warnings.append(f"the texture '{uri[:80]}' is not a file beneath the input's folder")
+            return None
+        return uri.replace("\\", "/"), data
 
 
-def _shown(sheets: list[Sheet]) -> list[Part]:
-    """Parts that have faces."""
-    return [one.parts[number] for one in sheets for number in np.unique(one.part)]
-
-
-def _materials(parts: list[Part]) -> list[Material]:
-    """Materials of parts, each once."""
-    return list(dict.fromkeys(one for one in map(material_of, parts) if one is not None))
+def _list_materials(parts: Iterable[Part]) -> list[Material]:
+    """List the materials of parts, each once."""
+    return list(dict.fromkeys(part.material for part in parts if part.material is not None))

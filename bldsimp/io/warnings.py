@@ -1,103 +1,103 @@
-"""What a file cannot hold, in words: nothing is lost in silence."""
+"""Describe in words what a format cannot store, so that nothing is lost silently."""
 
 from __future__ import annotations
 
 import re
 
-from ..model import FACE, Attribute, Scene
+from ..material import Material
+from ..model import FACE, Attribute
 from ..options import DELIMITS, Options
-from .flat_mesh import Sheet, spread
+from .flat_mesh import FlatMesh, spread_face_values
 from .gltf.document import ARRAYS, Document
 from .gltf.references import VARIANTS
-from .loaded import STL_BYTES
-from .obj import ObjFormat
-from .surface import Material, material_of
+from .file_scene import FileScene
+from .stl import STL_BYTES
 
 _WORDS = {
     "TEXCOORD_0": "texture coordinates",
-    "COLOR_0": "colours",
-    FACE + "COLOR_0": "face colours",
+    "COLOR_0": "colors",
+    FACE + "COLOR_0": "face colors",
     STL_BYTES: "STL attribute bytes",
     "TANGENT": "tangents",
 }
-_HELD = {
+_STORED = {
     "obj": r"TEXCOORD_0|COLOR_0",
     "ply": r"(?!TANGENT).*",
     "off": r"COLOR_0|FACE_COLOR_0",
     "stl": STL_BYTES,
     "glb": r".*",
 }
-"""Names of attributes that a format holds."""
+"""Names of attributes that a format stores."""
 
 
-def words(name: str) -> str:
-    """The name of an attribute for people."""
+def describe_attribute(name: str) -> str:
+    """Return the name of an attribute for people."""
     return _WORDS.get(name) or f"'{name.removeprefix(FACE).removeprefix('_')}'"
 
 
-def dropped(scene: Scene, options: Options) -> list[str]:
-    """What goes because the user asked."""
+def list_removed_attributes(scene: FileScene, options: Options) -> list[str]:
+    """Describe the attributes that the user asked to remove."""
     if all(options.keeps(kind) for kind in DELIMITS):
         return []
     gone = [one for mesh in scene.meshes for one in mesh.attributes if not options.keeps(one.kind)]
     names = {one.name for one in gone}
     count = sum(not names.isdisjoint(part.attributes) for mesh in scene.meshes for part in mesh.parts)
-    return [f"dropped as asked, from {_count(count, 'part')}: {_named(gone)}"] if gone else []
+    return [f"removed as requested, from {_count_nouns(count, 'part')}: {_join_names(gone)}"] if gone else []
 
 
-def hidden(scene: Scene, options: Options, format_: str) -> list[str]:
-    """What vertices and faces carry both, where a format has one place for it, which `sheet.spread` gives to faces."""
+def list_hidden_values(scene: FileScene, options: Options, format_: str) -> list[str]:
+    """Describe values of vertices that those of faces replace, if the format has one place for both."""
     if format_ not in ("glb", "gltf", "obj"):
         return []
     lost = []
     for mesh in scene.meshes:
-        there = {own.name for own in mesh.attributes if options.keeps(own.kind)}
-        lost += [own for own in mesh.attributes if own.name in there and FACE + own.name in there]
+        present = {own.name for own in mesh.attributes if options.keeps(own.kind)}
+        lost += [own for own in mesh.attributes if own.name in present and FACE + own.name in present]
     if format_ == "obj":
-        lost = [own for own in lost if re.fullmatch(_HELD["obj"], own.name)]
-    upper = "OBJ" if format_ == "obj" else "glTF"
-    told = f"{upper} does not hold {_named(lost)} of both vertices and faces: those of vertices are lost"
-    return [told] if lost else []
+        lost = [own for own in lost if re.fullmatch(_STORED["obj"], own.name)]
+    format_name = "OBJ" if format_ == "obj" else "glTF"
+    message = f"{format_name} cannot store {_join_names(lost)} of both vertices and faces: those of vertices are lost"
+    return [message] if lost else []
 
 
-def losses(scene: Scene, sheets: list[Sheet], format_: str) -> list[str]:
-    """What OBJ, PLY, OFF or STL does not hold of a result."""
-    upper = format_.upper()
+def list_losses(scene: FileScene, meshes: list[FlatMesh], format_: str) -> list[str]:
+    """Describe what OBJ, PLY, OFF or STL cannot store of a result."""
+    cannot = f"{format_.upper()} cannot store"
     found = []
-    held = _HELD[format_] + ("|TEXCOORD_0|FACE__color" if format_ == scene.format == "off" else "")
-    lost = [one for own in sheets for one in own.attributes if not re.fullmatch(held, one.name)]
+    stored = _STORED[format_] + ("|TEXCOORD_0|FACE__color" if format_ == scene.format == "off" else "")
+    lost = [one for own in meshes for one in own.attributes if not re.fullmatch(stored, one.name)]
     if lost:
-        found.append(f"{upper} does not hold {_named(lost)}: lost")
-    if format_ == "obj" and any(_alpha(own) for own in sheets):
-        found.append("OBJ colours have no alpha: lost")
+        found.append(f"{cannot} {_join_names(lost)}: lost")
+    if format_ == "obj" and any(_has_alpha(own) for own in meshes):
+        found.append(f"{cannot} the alpha of colors: lost")
     if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
-        found.append(f"{upper} holds no instances: each was written out")
-    around = _around(scene.source) if isinstance(scene.source, Document) else []
-    if around:
-        found.append(f"{upper} holds of a glTF document no {', '.join(around)}: lost")
-    materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
-    if format_ == "obj" and isinstance(scene.meshes[0].source, ObjFormat):
-        return found
+        found.append(f"{cannot} instances: each was written out")
+    other = _list_document_contents(scene.document) if scene.document else []
+    if other:
+        found.append(f"{cannot} {', '.join(other)} of the glTF document: lost")
+    materials = [part.material for mesh in scene.meshes for part in mesh.parts]
     if format_ == "obj":
-        left = dict.fromkeys(key for one in materials if one is not None for key in one.left)
-        return found + ([f"MTL does not hold {', '.join(left)} of materials: lost"] if left else [])
-    found += _missing(scene) if format_ == "ply" else []
-    named = [one for one in materials if one is not None and not (format_ == "ply" and _is_texture(one))]
+        unsupported = dict.fromkeys(key for one in materials if one is not None for key in one.unsupported)
+        if unsupported and scene.format != "obj":
+            found.append(f"MTL cannot store {', '.join(unsupported)} of materials: lost")
+        return found
+    found += _list_missing_libraries(scene) if format_ == "ply" else []
+    named = [one for one in materials if one is not None and not (format_ == "ply" and _is_texture_only(one))]
     if named or (len(materials) > 1 and not (format_ == "ply" and scene.format == "ply")):
-        but = " but for colour textures" if format_ == "ply" and any(one and one.texture for one in materials) else ""
-        found.append(f"{upper} holds no parts or materials{but}: those of {_count(len(materials), 'part')} are lost")
-    shaded = any(one.normals is not None for one in sheets)
+        but = " except color textures" if format_ == "ply" and any(one and one.texture for one in materials) else ""
+        found.append(f"{cannot} parts or materials{but}: those of {_count_nouns(len(materials), 'part')} are lost")
+    shaded = any(one.normals is not None for one in meshes)
     if shaded and (format_ == "stl" or (format_ == "off" and scene.format != "off")):
-        found.append(f"{upper} holds no vertex normals: lost")
+        found.append(f"{cannot} vertex normals: lost")
     return found
 
 
-def _around(document: Document) -> list[str]:
-    """What a glTF document has beside surfaces and materials, in words."""
+def _list_document_contents(document: Document) -> list[str]:
+    """List what a glTF document has besides surfaces and materials, in words."""
     meshes, nodes, roots = document.items("meshes"), document.items("nodes"), document.json.get("extensions", {})
     primitives = [one for mesh in meshes for one in mesh.get("primitives", [])]
     extras = [document.json, *(one for key in ARRAYS for one in document.items(key)), *primitives]
-    there = {
+    present = {
         "points and lines": any(one.get("mode") in (0, 1, 2, 3) for one in primitives),
         "cameras": document.items("cameras"),
         "lights": "KHR_lights_punctual" in roots,
@@ -110,43 +110,44 @@ def _around(document: Document) -> list[str]:
         "names of nodes": any("name" in one for one in nodes),
         "extras": any("extras" in one for one in extras),
     }
-    return [words for words, any_ in there.items() if any_]
+    return [words for words, any_ in present.items() if any_]
 
 
-def gltf_losses(scene: Scene) -> list[str]:
-    """What a glTF document made anew does not take over."""
-    materials = [material_of(part) for mesh in scene.meshes for part in mesh.parts]
+def list_gltf_losses(scene: FileScene) -> list[str]:
+    """Describe what a new glTF document cannot store."""
+    materials = [part.material for mesh in scene.meshes for part in mesh.parts]
     others = dict.fromkeys(
-        key for one in materials if one is not None for key in (*one.left, *(key for key, _ in one.others))
+        key
+        for one in materials
+        if one is not None
+        for key in (*one.unsupported, *(statement for statement, _ in one.other_textures))
     )
-    told = [f"not carried over to glTF: {', '.join(others)} of materials"] if others else []
-    return _missing(scene) + told
+    found = [f"glTF cannot store {', '.join(others)} of materials: lost"] if others else []
+    return _list_missing_libraries(scene) + found
 
 
-def _missing(scene: Scene) -> list[str]:
-    """Material libraries of an OBJ file that are not there."""
-    stored = scene.meshes[0].source
-    names = stored.missing if isinstance(stored, ObjFormat) else []
-    return [f"the material library '{name[:80]}' is no file beneath the input's folder: its materials and textures"
-            " are lost" for name in names]  # fmt: skip
+def _list_missing_libraries(scene: FileScene) -> list[str]:
+    """Describe the material libraries of an OBJ file that do not exist."""
+    return [f"the material library '{name[:80]}' is not a file beneath the input's folder: its materials and textures"
+            " are lost" for name in scene.obj.missing]  # fmt: skip
 
 
-def _alpha(one: Sheet) -> bool:
-    """Whether a colour is not opaque."""
-    colors = spread(one).values("COLOR_0")
+def _has_alpha(flat: FlatMesh) -> bool:
+    """Tell whether a color is not opaque."""
+    colors = spread_face_values(flat).values("COLOR_0")
     return colors is not None and colors.shape[1] > 3 and bool((colors[:, 3] < 1.0).any())
 
 
-def _is_texture(material: Material) -> bool:
-    """Whether a material is no more than a texture that has a file."""
-    more = material.others or material.color is not None or material.clamp or material.numbers or material.left
-    return material.texture is not None and not more
+def _is_texture_only(material: Material) -> bool:
+    """Tell whether a material is no more than a texture."""
+    more = material.other_textures, material.color, material.clamp, material.numbers, material.unsupported
+    return material.texture is not None and not any(more)
 
 
-def _named(attributes: list[Attribute]) -> str:
-    """Names of attributes for people, each once."""
-    return ", ".join(dict.fromkeys(words(one.name) for one in attributes))
+def _join_names(attributes: list[Attribute]) -> str:
+    """Name attributes for people, each once."""
+    return ", ".join(dict.fromkeys(describe_attribute(one.name) for one in attributes))
 
 
-def _count(number: int, noun: str) -> str:
+def _count_nouns(number: int, noun: str) -> str:
     return f"{number:,} {noun}" + ("" if number == 1 else "s")

@@ -159,7 +159,7 @@ class TestSimplify:
         colors = read(tmp_path / "a.obj", "obj").meshes[0].attributes[0].values
         assert np.array_equal(colors, np.tile([1.0, 0.0, 0.0], (8, 1)))
         result = run("simplify", source, tmp_path / "b.obj", "--delimit", "none")
-        assert b"dropped as asked, from 1 part: colours" in result.stderr
+        assert b"removed as requested, from 1 part: colors" in result.stderr
         assert_box(tmp_path / "b.obj", "obj")
         assert not read(tmp_path / "b.obj", "obj").meshes[0].attributes
 

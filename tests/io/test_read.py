@@ -133,7 +133,7 @@ class TestObj:
     def test_faces_of_two_corners_are_left_out_and_told(self) -> None:
         scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2//\nf 1// 2// 3//\nf 1 1 2\n", "obj")
         assert len(scene.meshes[0].faces) == 1
-        assert scene.warnings == ["2 faces with fewer than three distinct corners were left out"]
+        assert scene.warnings == ["removed 2 faces with fewer than three distinct corners"]
 
     def test_corner_forms_may_differ_within_a_file(self) -> None:
         text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1 2 3\nf 1//1 2//1 3//1\nf 1/1 3/1/1 4\n"
@@ -153,7 +153,7 @@ class TestObj:
         scene = scene_of(text, "obj")
         mesh = scene.meshes[0]
         assert mesh.parts[0].attributes == ()
-        assert scene.warnings == ["the colours of 8 OBJ points are no numbers: left out"]
+        assert scene.warnings == ["ignored the colors of 8 OBJ points, which are no numbers"]
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
 
     def test_short_normals_and_texture_coordinates_are_filled_up(self) -> None:
@@ -164,7 +164,7 @@ class TestObj:
 
     def test_lines_and_curves_are_told(self) -> None:
         scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nl 2 3\n", "obj")
-        assert scene.warnings == ["2 OBJ lines that start with 'l' were left out"]
+        assert scene.warnings == ["ignored 2 OBJ lines that start with 'l'"]
 
     def test_what_it_names_is_told_and_no_image_is_read_twice(self, tmp_path: Path, monkeypatch) -> None:
         folder = tmp_path / "materials"
@@ -305,7 +305,7 @@ def test_every_truncation_of_an_stl_is_refused(data: bytes) -> None:
 def test_bytes_after_the_faces_of_an_stl_are_left_out_and_told() -> None:
     scene = read(stl_bytes(*box()) + b"made by hand", "stl")
     assert len(scene.meshes[0].faces) == 12
-    assert scene.warnings == ["12 bytes after the 12 faces of the STL file were left out"]
+    assert scene.warnings == ["ignored 12 bytes after the 12 faces of the STL file"]
 
 
 @pytest.mark.parametrize("kind", ["ascii", "little", "big", "mixed"])

@@ -30,9 +30,9 @@ from bldsimp.inspection import surface_of
 from bldsimp.io import WRITABLE, Written, read
 from bldsimp.io import write as write_scene
 from bldsimp.io.atomic import ABANDONED_SECONDS, clear_leftovers, replace_files
-from bldsimp.io.flat_mesh import Sheet, as_shown
-from bldsimp.io.rounding import best_origin, single_rounding
-from bldsimp.io.surface import Material, UvMap
+from bldsimp.io.flat_mesh import FlatMesh, apply_uv_maps
+from bldsimp.io.single_precision import choose_origin, measure_rounding
+from bldsimp.material import Material, UvMap
 from bldsimp.model import Attribute, Part
 from bldsimp.tolerance import transform_points
 
@@ -134,7 +134,7 @@ class TestCounts:
     def test_points_that_fall_together_are_told(self, tmp_path: Path) -> None:
         written = light(write(tmp_path / "in.obj", obj_text(*two_boxes(5e6))), tmp_path / "out.stl")
         assert written.warnings[0] == (
-            "4 points fell together in the single precision of STL: 12 are left, with 0 open and 5 non-manifold edges"
+            "the single precision of STL merged 4 points: 12 are left, with 0 open and 5 non-manifold edges"
         )
 
     def test_of_instances_the_worst_counts_once(self, tmp_path: Path) -> None:
@@ -214,15 +214,15 @@ class TestPly:
 class TestOrigin:
     def test_no_origin_where_nothing_is_gained(self) -> None:
         points, _ = open_cone(7)
-        assert not best_origin(rotated(points)).any()
-        assert not best_origin(box(shift=5_000_000.0)[0]).any()
+        assert not choose_origin(rotated(points)).any()
+        assert not choose_origin(box(shift=5_000_000.0)[0]).any()
 
     def test_the_origin_is_single_and_moving_is_exact(self) -> None:
         points = rotated(open_cone(7)[0]) + np.array([678_100.25, 5_403_790.5, 310.0])
-        origin = best_origin(points)
+        origin = choose_origin(points)
         assert np.array_equal(origin.astype(np.float32).astype(float), origin)
         assert np.array_equal((points - origin) + origin, points)
-        assert single_rounding(points, origin) < 2e-7 < 0.1 < single_rounding(points)
+        assert measure_rounding(points, origin) < 2e-7 < 0.1 < measure_rounding(points)
 
     def test_rounding_is_never_below_the_truth(self) -> None:
         from fractions import Fraction
@@ -230,7 +230,7 @@ class TestOrigin:
         points = rotated(open_cone(7)[0]) + 5_000_000.0
         origin = np.array([0.1, 4_999_999.7, 0.0])
         kept = (points - origin).astype(np.float32)
-        told = Fraction(single_rounding(points, origin))
+        told = Fraction(measure_rounding(points, origin))
         for point, short in zip(points, kept, strict=True):
             gaps = [
                 Fraction(float(p)) - Fraction(float(o)) - Fraction(float(s))
@@ -250,7 +250,7 @@ class TestOrigin:
         a, b, c = (mesh.points[mesh.faces[:, i]] for i in range(3))
         volume = float((a * np.cross(b, c)).sum() / 6)
         assert volume == pytest.approx(16.0)  # the mirrored one is turned, so that both face outwards
-        assert written.warnings == ["OBJ holds no instances: each was written out"]
+        assert written.warnings == ["OBJ cannot store instances: each was written out"]
 
 
 class TestConversion:
@@ -358,18 +358,18 @@ def test_mapped_texture_coordinates_are_summed_in_one_order() -> None:
     count = 999
     uv = np.random.default_rng(0).random((count, 2))
     matrix = tuple(np.random.default_rng(1).random(6).tolist())
-    sheet = Sheet(
+    flat = FlatMesh(
         name="wall",
         points=np.zeros((count, 3)),
         normals=None,
         attributes=[Attribute("TEXCOORD_0", "uv", uv, np.ones((1, 2)))],
         faces=np.arange(count, dtype=np.int32).reshape(-1, 3),
         part=np.zeros(count // 3, np.int32),
-        parts=[Part("wall", source=Material("brick", (1.0, 1.0, 1.0, 1.0), uv_map=UvMap(0, matrix)))],
+        parts=[Part("wall", material=Material("brick", (1.0, 1.0, 1.0, 1.0), uv_map=UvMap(0, matrix)))],
     )
     a, b, c, d, e, f = matrix
     expected = [[a * u + b * v + c, d * u + e * v + f] for u, v in uv.tolist()]
-    assert as_shown(sheet).attributes[0].values.tolist() == expected
+    assert apply_uv_maps(flat).attributes[0].values.tolist() == expected
 
 
 def test_an_obj_file_that_becomes_no_lighter_is_written_as_it_is(tmp_path: Path) -> None:

@@ -15,11 +15,10 @@ from textured_shapes import textured_shape
 
 from bldsimp import Options, Tolerance, simplify_scene
 from bldsimp.inspection import surface_of
-from bldsimp.io import Written, read
+from bldsimp.io import FileScene, Written, read
 from bldsimp.io import write as write_scene
-from bldsimp.io.surface import material_of
-from bldsimp.io.warnings import words
-from bldsimp.model import Mesh, Scene
+from bldsimp.io.warnings import describe_attribute
+from bldsimp.model import Mesh
 
 LIBRARY = "# by hand\nnewmtl wall\nKd 1 1 1\nmap_Kd wall.png\nillum 2\nnewmtl roof\nKd 1 1 1\nmap_Kd roof.png\n"
 
@@ -52,7 +51,7 @@ def check_textures(path: Path) -> None:
     assert (surface_of(mesh.points, mesh.faces).points, len(mesh.faces)) == (8, 12)
     check_uv(mesh)
     for part in range(len(mesh.parts)):
-        material = material_of(mesh.parts[part])
+        material = mesh.parts[part].material
         assert material is not None
         assert material.texture is not None
         areas = side_areas(mesh, mesh.part_of_face == part)
@@ -158,7 +157,7 @@ class TestTextures:
 
     def test_geometry_alone_on_request(self, house: Path, tmp_path: Path) -> None:
         written = light(house, tmp_path / "out.ply", Options(delimit=frozenset()))
-        assert written.warnings[0] == "dropped as asked, from 2 parts: texture coordinates"
+        assert written.warnings[0] == "removed as requested, from 2 parts: texture coordinates"
         assert mesh_of(tmp_path / "out.ply").attributes == []
 
     @pytest.mark.parametrize("suffix", ["obj", "ply"])
@@ -184,7 +183,7 @@ class TestTextures:
         assert len(mesh.faces) == 12
         check_uv(mesh)
         assert (tmp_path / "new" / "wall.png").read_bytes() == WALL
-        told = "MTL does not hold doubleSided of materials: lost" if suffix == "obj" else "PLY holds no parts"
+        told = "MTL cannot store doubleSided of materials: lost" if suffix == "obj" else "PLY cannot store parts"
         assert any(told in warning for warning in written.warnings)
 
     @pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
@@ -196,7 +195,7 @@ class TestTextures:
         stored = values(mesh, "TEXCOORD_0")[mesh.faces]
         shown = np.empty_like(stored)
         for number, part in enumerate(mesh.parts):
-            material = material_of(part)
+            material = part.material
             assert material is not None
             own = mesh.part_of_face == number
             scale_u, _, du, _, scale_v, dv = material.uv_map.matrix
@@ -221,7 +220,7 @@ class TestTextures:
         wall = "illum 0\nNs 96\nKs 0.5 0.5 0.5\nKe 0 3 1.5\nPm 0.75\nPr 0.25\nTf 0 0 0\nmap_d wall.png\nmap_Kd wall"
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", wall))
         told = light(house, tmp_path / "new" / "out.glb").warnings
-        assert told == ["not carried over to glTF: illum, Ns, Ks, map_d of materials"]
+        assert told == ["glTF cannot store illum, Ns, Ks, map_d of materials: lost"]
         json_ = glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]
         wall, roof = json_["materials"]
         assert wall["pbrMetallicRoughness"]["metallicFactor"] == 0.75
@@ -234,7 +233,7 @@ class TestTextures:
     def test_light_that_a_texture_bounds_is_not_given_by_the_whole(self, house: Path, tmp_path: Path) -> None:
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", "Ke 1 1 1\nmap_Ke roof.png\nmap_Kd wall"))
         told = light(house, tmp_path / "new" / "out.glb").warnings
-        assert told == ["not carried over to glTF: Ke, map_Ke of materials"]
+        assert told == ["glTF cannot store Ke, map_Ke of materials: lost"]
         assert not any("emissiveFactor" in entry for entry in
                        glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]["materials"])  # fmt: skip
 
@@ -242,7 +241,7 @@ class TestTextures:
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd roof.png", ""))
         light(house, tmp_path / "new" / "out.ply")
         mesh = mesh_of(tmp_path / "new" / "out.ply")
-        textures = [None if (own := material_of(part)) is None else own.texture for part in mesh.parts]
+        textures = [None if (own := part.material) is None else own.texture for part in mesh.parts]
         assert sorted(map(str, textures)) == ["None", "wall.png"]
         assert side_areas(mesh, mesh.part_of_face == textures.index("wall.png")) == [0, 0, 4, 4, 4, 4]
         assert b"texnumber" in (tmp_path / "new" / "out.ply").read_bytes()
@@ -257,7 +256,7 @@ class TestTextures:
         lines += [f"f {a} {b} {c}" for a, b, c in faces[side < 2] + 1]
         light(write(tmp_path / "in.obj", "\n".join(lines)), tmp_path / "new" / "out.ply")
         mesh = mesh_of(tmp_path / "new" / "out.ply")
-        textures = [None if (own := material_of(part)) is None else own.texture for part in mesh.parts]
+        textures = [None if (own := part.material) is None else own.texture for part in mesh.parts]
         assert sorted(map(str, textures)) == ["None", "wall.png"]
         assert side_areas(mesh, mesh.part_of_face == textures.index("wall.png")) == [0, 0, 4, 4, 4, 4]
 
@@ -462,7 +461,7 @@ def properties(path: Path) -> list[bytes]:
 @pytest.mark.parametrize("seed", range(12))
 def test_what_is_written_is_read_again(tmp_path: Path, seed: int, suffix: str) -> None:
     given, story = textured_shape(seed)
-    scene = Scene(None, "arrays", [given], 0)
+    scene = FileScene(None, "arrays", [given], 0)
     options = Options(tolerance=Tolerance(1.0, "percent")) if seed % 2 else Options()
     (light_,), _ = simplify_scene(scene, options)
     written = write_scene(scene, [light_], tmp_path / f"out.{suffix}", suffix, options)
@@ -478,7 +477,7 @@ def test_what_is_written_is_read_again(tmp_path: Path, seed: int, suffix: str) -
         if suffix == "ply" and one.name == "TEXCOORD_1":
             own = np.concatenate([found["_texcoord_1_0"], found["_texcoord_1_1"]], axis=2)
         elif suffix == "obj" and one.name not in ("TEXCOORD_0", "COLOR_0"):
-            assert words(one.name) in told
+            assert describe_attribute(one.name) in told
             continue
         else:
             own = found[one.name if suffix != "ply" else {"_FEATURE_ID_0": "_feature_id_0"}.get(one.name, one.name)]

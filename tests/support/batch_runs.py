@@ -93,7 +93,7 @@ def misbehaving(folder: Path, more: str = "", **variables: str) -> dict[str, str
 DIES = """
 import os, sys
 from pathlib import Path
-from bldsimp.io.target import replace_files
+from bldsimp.io.atomic import replace_files
 
 os.replace = lambda *_: os._exit(9)
 replace_files({Path(sys.argv[1], "result.obj"): b"half"})

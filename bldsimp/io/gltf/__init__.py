@@ -1,1 +1,1 @@
-"""glTF 2.0: documents read, patched and built."""
+"""Read, patch and build glTF 2.0 documents."""

@@ -1,21 +1,23 @@
-"""What the vertices of a glTF mesh carry beside position and normal, and what of it no simplified mesh can follow."""
+"""Read the attributes of a glTF mesh, and return those of a result in the types that the file stores them in."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Attribute, Mesh, color_attribute, custom_attribute, label_attribute
-from ...options import UNKNOWN_TEXELS
+from ...model import Attribute, Mesh, Points, SimplifiedMesh, color_attribute, custom_attribute, label_attribute
+from ...options import UNKNOWN_TEXELS, Options
 from .document import Document
+from .materials import Texels
 from .references import FEATURES, METADATA, VARIANTS
-from .textures import Texels
-from .vertices import Rows
 
 HARMLESS = {VARIANTS, FEATURES, METADATA}
-"""Extensions of a primitive that speak of its vertices, if at all, through attributes and textures."""
+"""Extensions of a primitive that name its vertices, if at all, through attributes and textures."""
+
+TRIANGLES, STRIP, FAN = 4, 5, 6
 
 _VECTORS = ("SCALAR", "VEC2", "VEC3", "VEC4")
 _OWN_FIELDS = ("POSITION", "NORMAL")
@@ -23,14 +25,51 @@ _SKIN = ("JOINTS_", "WEIGHTS_")
 _UV = "TEXCOORD_"
 
 
-def carried_names(primitive: dict[str, Any]) -> tuple[str, ...]:
-    """Names of what a primitive carries beside position and normal."""
+@dataclass(frozen=True)
+class SharedVertices:
+    """Rows of a mesh that are the vertices of one or more primitives.
+
+    Attributes
+    ----------
+    accessors : tuple of (str, int)
+        Names of all their attributes, and the accessors that hold them.
+    start, count : int
+    """
+
+    accessors: tuple[tuple[str, int], ...]
+    start: int
+    count: int
+
+    def accessor(self, name: str) -> int | None:
+        """Return the accessor of an attribute, or None if the rows have none."""
+        return dict(self.accessors).get(name)
+
+
+def list_primitives(document: Document, number: int) -> list[tuple[int, dict[str, Any], SharedVertices]]:
+    """List the triangle primitives of a mesh by number, each with its vertices."""
+    shared: dict[tuple[tuple[str, int], ...], SharedVertices] = {}
+    found, start = [], 0
+    for index, primitive in enumerate(document.items("meshes")[number].get("primitives", [])):
+        own = primitive.get("attributes", {})
+        if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN) or "POSITION" not in own:
+            continue
+        # Two primitives share vertices only if all their attributes are the same.
+        key = tuple(sorted(own.items()))
+        if key not in shared:
+            shared[key] = SharedVertices(tuple(own.items()), start, len(document.read_accessor(own["POSITION"])))
+            start += shared[key].count
+        found.append((index, primitive, shared[key]))
+    return found
+
+
+def list_attribute_names(primitive: dict[str, Any]) -> tuple[str, ...]:
+    """List the attributes of a primitive other than position and normal."""
     names = [name for name in primitive["attributes"] if name not in _OWN_FIELDS]
     return *names, *(name for name in primitive.get("extensions", {}) if name in (FEATURES, METADATA))
 
 
-def fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tuple[str, ...]:
-    """What of a primitive with `count` vertices cannot follow a change of its faces."""
+def list_fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tuple[str, ...]:
+    """List what of a primitive with `count` vertices cannot follow a change of its faces."""
     found = []
     for name, number in primitive["attributes"].items():
         accessor = document.items("accessors")[number]
@@ -50,30 +89,33 @@ def fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tu
     return tuple(dict.fromkeys(found))
 
 
-def attributes(document: Document, rows: list[Rows], mesh: Mesh, texels: list[dict[int, Texels]]) -> list[Attribute]:
-    """All that the rows of a mesh carry, but for what belongs to a skin.
+def read_attributes(
+    document: Document, groups: list[SharedVertices], mesh: Mesh, texels: list[dict[int, Texels]]
+) -> list[Attribute]:
+    """Read the attributes of a mesh, except those of a skin.
 
     Parameters
     ----------
     document : Document
-    rows : list of Rows
+    groups : list of SharedVertices
+        All rows of the mesh.
     mesh : Mesh
     texels : list of dict
-        For each part what `Textures.texels` tells.
+        For each part the result of `TextureSizes.measure`.
     """
-    names = dict.fromkeys(name for group in rows for name, _ in group.accessors)
     found = []
-    for name in names:
-        users = [(group, group.accessor(name)) for group in rows]
-        own = [(group, number) for group, number in users if number is not None and _followed(document, name, number)]
+    for name in dict.fromkeys(name for group in groups for name, _ in group.accessors):
+        users = [(group, group.accessor(name)) for group in groups]
+        own = [(group, number) for group, number in users if number is not None and _is_read(document, name, number)]
         if own:
-            values = _values(document, name, own, len(mesh.points))
-            whole = all(document.step(number) == 1.0 for _, number in own)
-            found.append(_attribute(name, values, mesh, texels, whole))
+            values = _read_values(document, name, own, len(mesh.points))
+            whole = all(document.find_step(number) == 1.0 for _, number in own)
+            found.append(_make_attribute(name, values, mesh, texels, whole))
     return found
 
 
-def _followed(document: Document, name: str, number: int) -> bool:
+def _is_read(document: Document, name: str, number: int) -> bool:
+    """Tell whether an attribute follows a change of faces."""
     return (
         name not in _OWN_FIELDS
         and not name.startswith(_SKIN)
@@ -81,25 +123,28 @@ def _followed(document: Document, name: str, number: int) -> bool:
     )
 
 
-def _values(document: Document, name: str, own: list[tuple[Rows, int]], count: int) -> NDArray[np.float64]:
-    """Values of all rows, UV as u and v upwards, and colours with alpha where some have it."""
+def _read_values(
+    document: Document, name: str, own: list[tuple[SharedVertices, int]], count: int
+) -> NDArray[np.float64]:
+    """Read the values of all rows: UV with v upwards, and colors with alpha if some have it."""
     most = 2 if name.startswith(_UV) else None
-    blocks = [(group, document.numbers(number)[:, :most]) for group, number in own]
+    blocks = [(group, document.read_numbers(number)[:, :most]) for group, number in own]
     values = np.full((count, max(block.shape[1] for _, block in blocks)), np.nan)
     for group, block in blocks:
         taken = block[: group.count]
-        values[group.start : group.start + len(taken), : taken.shape[1]] = taken
-        if name.startswith("COLOR_") and taken.shape[1] == 3 < values.shape[1]:
-            values[group.start : group.start + len(taken), 3] = 1.0
+        rows = values[group.start : group.start + len(taken)]
+        rows[:, : taken.shape[1]] = taken
+        if name.startswith("COLOR_") and taken.shape[1] == 3:
+            rows[:, 3:] = 1.0
     if name.startswith(_UV):
         values[:, 1] = 1.0 - values[:, 1]
     return values
 
 
-def _attribute(
+def _make_attribute(
     name: str, values: NDArray[np.float64], mesh: Mesh, texels: list[dict[int, Texels]], whole: bool
 ) -> Attribute:
-    """An attribute of the kind that its name tells; one of our users' own may name something, as feature ids do."""
+    """Make an attribute of the kind that its name tells; one of a user's own may be a label, as feature ids are."""
     if name.startswith(_UV):
         unknown = float(UNKNOWN_TEXELS), float(UNKNOWN_TEXELS)
         number = int(name.removeprefix(_UV))
@@ -111,3 +156,107 @@ def _attribute(
     if name.startswith("COLOR_"):
         return color_attribute(values, mesh, name=name)
     return custom_attribute(name, values, mesh, whole=whole and name.startswith("_"), on_faces=False)
+
+
+@dataclass
+class StoredColumn:
+    """Values of one attribute as a file stores them.
+
+    Attributes
+    ----------
+    name : str
+    values : (n, k) array
+        Of the component type of the file.
+    normalized : bool
+    """
+
+    name: str
+    values: NDArray[Any]
+    normalized: bool
+
+
+def store_attributes(
+    document: Document,
+    mesh: Mesh,
+    result: SimplifiedMesh,
+    group: SharedVertices,
+    used: NDArray[np.int64],
+    *,
+    normals: Points | None,
+    options: Options,
+) -> list[StoredColumn]:
+    """Return all attributes of primitives that share vertices.
+
+    Parameters
+    ----------
+    document : Document
+    mesh : Mesh
+    result : SimplifiedMesh
+    group : SharedVertices
+        The primitives' vertices before.
+    used : (n,) int64
+        Rows of the result that the primitives use.
+    normals : (r, 3) float64 or None
+        One for each row of the result, see `resolve_normals`.
+    options : Options
+    """
+    row = result.row[used]
+    kinds = {attribute.name: attribute.kind for attribute in mesh.attributes}
+    names = [name for name, _ in group.accessors if name not in kinds or options.keeps(kinds[name])]
+    if normals is None and "TANGENT" in names and mesh.normals is not None and options.normals == "auto":
+        # Tangents mean nothing without normals.
+        normals = mesh.normals[result.row]
+    # Values as they shall be, and as they were read.
+    wanted = {"POSITION": (result.points[used], mesh.points[row])}
+    if normals is not None and normals[used].any():
+        own = normals[used]
+        wanted["NORMAL"] = own, np.zeros_like(own) if mesh.normals is None else mesh.normals[row]
+    for attribute in mesh.attributes:
+        wanted[attribute.name] = result.values(attribute)[used], attribute.values[row]
+    if "NORMAL" not in wanted:
+        names = [name for name in names if name not in ("NORMAL", "TANGENT")]
+    elif "NORMAL" not in names:
+        names.append("NORMAL")
+    return [_store_column(document, name, group, row, *wanted[name]) for name in names]
+
+
+def _store_column(
+    document: Document,
+    name: str,
+    group: SharedVertices,
+    row: NDArray[np.int32],
+    wanted: NDArray[np.float64],
+    read: NDArray[np.float64],
+) -> StoredColumn:
+    """Take the stored values of one attribute, except in rows of other primitives and where they changed."""
+    number = group.accessor(name)
+    if number is None:
+        return StoredColumn(name, _to_gltf(name, wanted).astype(np.float32), False)
+    stored, normalized = document.read_accessor(number), bool(document.items("accessors")[number].get("normalized"))
+    place = row - group.start
+    inside = (place >= 0) & (place < group.count)
+    values = stored[np.where(inside, place, 0)]
+    same = (wanted == read) | (np.isnan(wanted) & np.isnan(read))
+    fresh = np.flatnonzero(~(inside & same.all(axis=1)))
+    if len(fresh):
+        # Points that are welded or moved may take rows of another primitive.
+        taken = _to_gltf(name, wanted[fresh])[:, : values.shape[1]]
+        values[fresh, : taken.shape[1]] = _to_component(taken, values.dtype, normalized)
+    return StoredColumn(name, values, normalized)
+
+
+def _to_gltf(name: str, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return numbers as glTF has them: v downwards, nothing missing."""
+    if name.startswith(_UV):
+        numbers = np.stack([numbers[:, 0], 1.0 - numbers[:, 1]], axis=1)
+    elif name == "NORMAL":
+        return np.where(numbers.any(axis=1, keepdims=True), numbers, (0.0, 0.0, 1.0))
+    return np.where(np.isnan(numbers), 1.0 if name.startswith("COLOR_") else 0.0, numbers)
+
+
+def _to_component(numbers: NDArray[np.float64], kind: np.dtype[Any], normalized: bool) -> NDArray[Any]:
+    """Round numbers to a component type."""
+    if kind.kind == "f":
+        return numbers.astype(kind)
+    limits = np.iinfo(kind)
+    return np.clip(np.rint(numbers * limits.max if normalized else numbers), limits.min, limits.max).astype(kind)

@@ -1,67 +1,69 @@
-"""Other formats to glTF: a document made anew, a mesh for each mesh, a primitive for each part."""
+"""Build a glTF document from a scene of another format: a mesh for each mesh, a primitive for each part."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ...material import Material, UvMap
 from ...model import Faces, Mesh, Points, Scene, SimplifiedMesh
 from ...options import Options
 from ...report import Counts
 from ...tolerance import scale, transform_points
 from ...unique_rows import find_unique_rows
-from ..flat_mesh import Sheet, sheet, spread
-from ..rounding import best_origin, counts_in_single, fallen_together, single_rounding
-from ..surface import Material, UvMap, material_of, shown
-from .buffers import Body, pack_views, view_json
+from ..flat_mesh import FlatMesh, flatten_result, scale_to_unit, spread_face_values
+from ..mtl import replace_bad_bytes
+from ..single_precision import choose_origin, count_after_rounding, count_merged_points, measure_rounding
+from ..textures import find_media_type
+from .buffers import NewAccessors, pack_views
 from .references import TRANSFORM
 
 _CLAMP_TO_EDGE = 33071
 _EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
+_WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 @dataclass
-class Made:
-    """What making a document did.
+class BuiltDocument:
+    """A new document, and figures of what was stored.
 
     Attributes
     ----------
+    json : dict
+    binary : bytes
     vertices : int
     rounding : float
-        Greatest distance by which a point moved, in world space; infinite where one is out of range.
-    fallen : int
+        Greatest distance by which a point moved, in world space; infinite if one is out of range.
+    merged_points : int
         Points that are no longer distinct.
     after : Counts or None
-        Of what is stored, where there are any.
+        Counts of the stored meshes, if there are merged points.
     """
 
+    json: dict[str, Any]
+    binary: bytes = b""
     vertices: int = 0
     rounding: float = 0.0
-    fallen: int = 0
+    merged_points: int = 0
     after: Counts | None = None
 
 
-def new_document(
-    scene: Scene, lights: list[SimplifiedMesh], options: Options, images: dict[str, tuple[str, bytes]]
-) -> tuple[dict[str, Any], bytes, Made]:
-    """A scene as a glTF document.
+def build_document(
+    scene: Scene, results: list[SimplifiedMesh], options: Options, images: dict[str, bytes]
+) -> BuiltDocument:
+    """Build a glTF document.
 
     Parameters
     ----------
     scene : Scene
-    lights : list of SimplifiedMesh
+    results : list of SimplifiedMesh
     options : Options
     images : dict
-        Media type and bytes of each texture that a material names.
-
-    Returns
-    -------
-    json : dict
-    binary : bytes
-    made : Made
+        Bytes of each texture that a material names.
     """
     json_: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": "bldsimp"},
@@ -70,214 +72,222 @@ def new_document(
         "nodes": [],
         "meshes": [],
     }
-    body, pictures = Body(), Pictures(json_, images)
-    made = Made()
+    builder, built = _Builder(json_, images), BuiltDocument(json_)
     stored: list[list[tuple[Points, Faces, Points | None]]] = []
-    for mesh, light in zip(scene.meshes, lights, strict=True):
-        if not len(light.faces):
+    for mesh, result in zip(scene.meshes, results, strict=True):
+        if not len(result.faces):
             continue
-        one = spread(sheet(mesh, light, options))
-        origin = best_origin(one.points)
-        made.rounding = max(made.rounding, scale(mesh) * single_rounding(one.points, origin))
-        if not math.isfinite(made.rounding):
+        flat = spread_face_values(flatten_result(mesh, result, options))
+        origin = choose_origin(flat.points)
+        built.rounding = max(built.rounding, scale(mesh) * measure_rounding(flat.points, origin))
+        if not math.isfinite(built.rounding):
             break
-        made.fallen += fallen_together(one.points, origin)
-        stored.append([(one.points, one.faces, origin)])
-        made.vertices += _add_mesh(json_, body, pictures, one, origin)
-        _add_nodes(json_, mesh, origin)
-    made.after = counts_in_single(stored) if made.fallen else None
-    json_["accessors"] = body.accessors
-    json_["bufferViews"] = [view_json(view) for view in body.views] + [{} for _ in pictures.data]
-    pieces = [bytes(view.data) for view in body.views] + pictures.data
-    for number in range(len(pictures.data)):
-        json_["images"][number]["bufferView"] = len(body.views) + number
-    binary = pack_views(list(zip(json_["bufferViews"], pieces, strict=True)))
-    json_["buffers"] = [{"byteLength": len(binary)}]
-    return json_, binary, made
+        built.merged_points += count_merged_points(flat.points, origin)
+        stored.append([(flat.points, flat.faces, origin)])
+        built.vertices += builder.add_mesh(flat, origin)
+        builder.add_nodes(mesh, origin)
+    built.after = count_after_rounding(stored) if built.merged_points else None
+    built.binary = builder.finish()
+    return built
 
 
-class Pictures:
-    """Materials of a new document, and the images that they name."""
+@dataclass
+class _Builder:
+    """A new document that grows: its JSON, its numbers, and the images that its materials name."""
 
-    def __init__(self, json_: dict[str, Any], images: dict[str, tuple[str, bytes]]) -> None:
-        self.json = json_
-        self.images = images
-        self.data: list[bytes] = []
-        self._numbers: dict[tuple[Any, ...], int] = {}
-        self._images: dict[str, int] = {}
-        self._textures: dict[tuple[str, bool], int] = {}
+    json: dict[str, Any]
+    images: dict[str, bytes]
+    new: NewAccessors = field(default_factory=NewAccessors)
+    used_images: dict[str, int] = field(default_factory=dict)
+    _materials: dict[tuple[Any, ...], int] = field(default_factory=dict)
+    _textures: dict[tuple[str, bool], int] = field(default_factory=dict)
 
-    def material(self, material: Material | None, textured: bool, colors: np.ndarray[Any, Any] | None) -> int | None:
-        """The number of a material for faces of these colours, added where it is new; those of alpha need one."""
+    def finish(self) -> bytes:
+        """Assign numbers to accessors, views and images; return the data of the buffer."""
+        json_, views = self.json, [view.to_json() for view in self.new.views]
+        pieces = [bytes(view.data) for view in self.new.views]
+        for name, number in self.used_images.items():
+            json_["images"][number]["bufferView"] = len(views)
+            views.append({})
+            pieces.append(self.images[name])
+        json_["accessors"], json_["bufferViews"] = self.new.accessors, views
+        binary = pack_views(list(zip(views, pieces, strict=True)))
+        json_["buffers"] = [{"byteLength": len(binary)}]
+        return binary
+
+    def add_mesh(self, flat: FlatMesh, origin: Points) -> int:
+        """Add a mesh of all parts that have faces; return the number of its vertices."""
+        entry: dict[str, Any] = {"primitives": []}
+        if flat.name:
+            entry["name"] = flat.name
+        vertices = 0
+        groups: dict[tuple[str, ...], list[tuple[int, Faces]]] = {}
+        for number in np.unique(flat.part).tolist():
+            for faces in _split_untextured(flat, number):
+                groups.setdefault(_list_present(flat, faces), []).append((number, faces))
+        for names, group in groups.items():
+            corners = np.concatenate([faces for _, faces in group]).reshape(-1)
+            columns = _convert_columns(flat, corners, origin, names)
+            first, inverse = find_unique_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
+            vertices += len(first)
+            attributes = {
+                name: self.new.add_vertices(values[first], bounds=name == "POSITION")
+                for name, values in columns.items()
+            }
+            start = 0
+            for number, faces in group:
+                indices = self.new.add_indices(inverse[start : start + faces.size], len(first))
+                start += faces.size
+                entry["primitives"].append(self._make_primitive(flat, number, faces, attributes, indices))
+        self.json["meshes"].append(entry)
+        return vertices
+
+    def add_nodes(self, mesh: Mesh, origin: Points) -> None:
+        """Add a node for each instance of the mesh that was added last."""
+        for transform in mesh.transforms:
+            node: dict[str, Any] = {"mesh": len(self.json["meshes"]) - 1}
+            if mesh.name:
+                node["name"] = mesh.name
+            if not np.array_equal(transform, np.eye(4)):
+                moved = transform.copy()
+                moved[:3, 3] = transform_points(origin[None], transform)[0]
+                node["matrix"] = moved.T.reshape(-1).tolist()
+            elif origin.any():
+                node["translation"] = origin.tolist()
+            self.json["scenes"][0]["nodes"].append(len(self.json["nodes"]))
+            self.json["nodes"].append(node)
+
+    def _make_primitive(
+        self, flat: FlatMesh, number: int, faces: Faces, attributes: dict[str, int], indices: int
+    ) -> dict[str, Any]:
+        """Make a primitive; glTF gives it no name, so the part's goes into its extras."""
+        part = flat.parts[number]
+        primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
+        colors = flat.values("COLOR_0") if "COLOR_0" in attributes else None
+        own = None if colors is None else colors[faces.reshape(-1)]
+        material = self._add_material(part.material, "TEXCOORD_0" in attributes, own)
+        if material is not None:
+            primitive["material"] = material
+        if len(flat.parts) > 1 or part.name != "mesh":
+            primitive["extras"] = {"name": part.name}
+        return primitive
+
+    def _add_material(
+        self, material: Material | None, textured: bool, colors: NDArray[np.float64] | None
+    ) -> int | None:
+        """Add a material for faces of these colors, unless it is there; return its number. Those of alpha need one."""
         faded = colors is not None and colors.shape[1] > 3 and bool(np.any(colors[:, 3] < 1.0))
         if material is None and not faded:
             return None
         key = material, textured, colors is not None, faded
-        if key not in self._numbers:
-            entry = self._entry(material or Material(""), textured, colored=colors is not None)
+        if key not in self._materials:
+            entry = self._convert_material(material or Material(""), textured, colored=colors is not None)
             if faded or (material and material.color and material.color[3] < 1.0):
                 entry["alphaMode"] = "BLEND"
-            self.json.setdefault("materials", []).append(entry)
-            self._numbers[key] = len(self.json["materials"]) - 1
-        return self._numbers[key]
+            self._materials[key] = self._append("materials", entry)
+        return self._materials[key]
 
-    def _entry(self, material: Material, textured: bool, colored: bool) -> dict[str, Any]:
-        """A material as glTF has it; of its colour, colours of vertices take the place, but for alpha."""
+    def _convert_material(self, material: Material, textured: bool, colored: bool) -> dict[str, Any]:
+        """Return a material as glTF has it; colors of vertices replace its color, except for alpha."""
         numbers = dict(material.numbers)
-        metallic: dict[str, Any] = {"metallicFactor": _unit(*numbers.get("Pm", (0.0,)))}
+        metallic: dict[str, Any] = {"metallicFactor": _clamp_to_unit(*numbers.get("Pm", (0.0,)))}
         if "Pr" in numbers:
-            metallic["roughnessFactor"] = _unit(*numbers["Pr"])
-        r, g, b, a = map(_unit, material.color or (1.0, 1.0, 1.0, 1.0))
-        factor = [1.0, 1.0, 1.0, a] if colored else [r, g, b, a]
-        if factor != [1.0, 1.0, 1.0, 1.0]:
-            metallic["baseColorFactor"] = factor
+            metallic["roughnessFactor"] = _clamp_to_unit(*numbers["Pr"])
+        r, g, b, a = map(_clamp_to_unit, material.color or _WHITE)
+        factor = (1.0, 1.0, 1.0, a) if colored else (r, g, b, a)
+        if factor != _WHITE:
+            metallic["baseColorFactor"] = list(factor)
         if textured and material.texture in self.images:
-            metallic["baseColorTexture"] = self._texture_info(str(material.texture), material)
-        named = {"name": shown(material.name)} if material.name else {}
-        return {**named, "pbrMetallicRoughness": metallic, **self._glow(numbers.get("Ke", (0.0,)))}
+            metallic["baseColorTexture"] = self._make_texture_info(str(material.texture), material)
+        name = {"name": replace_bad_bytes(material.name)} if material.name else {}
+        return {**name, "pbrMetallicRoughness": metallic, **self._convert_emission(numbers.get("Ke", (0.0,)))}
 
-    def _glow(self, color: tuple[float, ...]) -> dict[str, Any]:
-        """What a material says of the light that it gives, which has no upper bound."""
+    def _convert_emission(self, color: tuple[float, ...]) -> dict[str, Any]:
+        """Return the members of a material for the light that it emits, which has no upper bound."""
         if max(color) <= 0.0:
             return {}
         strength = max(1.0, *color)
-        glow: dict[str, Any] = {"emissiveFactor": [_unit(value / strength) for value in color]}
+        emission: dict[str, Any] = {"emissiveFactor": [_clamp_to_unit(value / strength) for value in color]}
         if strength > 1.0:
-            glow["extensions"] = {_EMISSIVE_STRENGTH: {"emissiveStrength": strength}}
-            self._use(_EMISSIVE_STRENGTH)
-        return glow
+            emission["extensions"] = {_EMISSIVE_STRENGTH: {"emissiveStrength": strength}}
+            self._use_extension(_EMISSIVE_STRENGTH)
+        return emission
 
-    def _texture_info(self, name: str, material: Material) -> dict[str, Any]:
-        """A texture as a material names it."""
-        info: dict[str, Any] = {"index": self._texture(name, material.clamp)}
+    def _make_texture_info(self, name: str, material: Material) -> dict[str, Any]:
+        """Make the member by which a material names a texture."""
+        info: dict[str, Any] = {"index": self._add_texture(name, material.clamp)}
         if material.uv_map != UvMap():
             x, _, dx, _, y, dy = material.uv_map.matrix
             # glTF has v downwards: 1 - v' = y (1 - v) + 1 - y - dy.
             info["extensions"] = {TRANSFORM: {"scale": [x, y], "offset": [dx, 1.0 - y - dy]}}
-            self._use(TRANSFORM)
+            self._use_extension(TRANSFORM)
         return info
 
-    def _texture(self, name: str, clamp: bool) -> int:
-        if name not in self._images:
-            media, data = self.images[name]
-            self._images[name] = len(self.data)
-            self.data.append(data)
-            self.json.setdefault("images", []).append({"name": shown(name), "mimeType": media})
+    def _add_texture(self, name: str, clamp: bool) -> int:
+        """Add a texture and its image, unless they are there; return its number."""
+        if name not in self.used_images:
+            image = {"name": replace_bad_bytes(name), "mimeType": find_media_type(self.images[name])}
+            self.used_images[name] = self._append("images", image)
         if (name, clamp) not in self._textures:
-            entry = {"source": self._images[name]}
+            entry = {"source": self.used_images[name]}
             if clamp:
                 self.json["samplers"] = [{"wrapS": _CLAMP_TO_EDGE, "wrapT": _CLAMP_TO_EDGE}]
                 entry["sampler"] = 0
-            self._textures[name, clamp] = len(self._textures)
-            self.json.setdefault("textures", []).append(entry)
+            self._textures[name, clamp] = self._append("textures", entry)
         return self._textures[name, clamp]
 
-    def _use(self, extension: str) -> None:
+    def _append(self, key: str, entry: dict[str, Any]) -> int:
+        """Append an entry to a top-level array; return its number."""
+        entries = self.json.setdefault(key, [])
+        entries.append(entry)
+        return len(entries) - 1
+
+    def _use_extension(self, extension: str) -> None:
         """Name an extension among those that the document uses."""
         used = self.json.setdefault("extensionsUsed", [])
         if extension not in used:
             used.append(extension)
 
 
-def _unit(value: float) -> float:
+def _clamp_to_unit(value: float) -> float:
+    """Return a number between 0 and 1."""
     return min(max(float(value), 0.0), 1.0)
 
 
-def _add_mesh(json_: dict[str, Any], body: Body, pictures: Pictures, one: Sheet, origin: np.ndarray[Any, Any]) -> int:
-    """Add a mesh of all parts that have faces; the number of its vertices."""
-    entry: dict[str, Any] = {"primitives": []}
-    if one.name:
-        entry["name"] = one.name
-    vertices = 0
-    there: dict[tuple[str, ...], list[tuple[int, Faces]]] = {}
-    for number in np.unique(one.part).tolist():
-        for own in _alike(one, number):
-            there.setdefault(_carried(one, own), []).append((number, own))
-    for names, group in there.items():
-        faces = [own for _, own in group]
-        columns = _columns(one, np.concatenate(faces).reshape(-1), origin, names)
-        first, inverse = find_unique_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
-        vertices += len(first)
-        attributes = {
-            name: body.add_vertices(values[first], bounds=name == "POSITION") for name, values in columns.items()
-        }
-        start = 0
-        for number, own in group:
-            indices = body.add_indices(inverse[start : start + own.size], len(first))
-            start += own.size
-            entry["primitives"].append(_primitive(pictures, one, number, own, attributes, indices))
-    json_["meshes"].append(entry)
-    return vertices
-
-
-def _primitive(
-    pictures: Pictures, one: Sheet, number: int, faces: Faces, attributes: dict[str, int], indices: int
-) -> dict[str, Any]:
-    """A primitive; glTF gives it no name, so the part's goes into its extras."""
-    part = one.parts[number]
-    primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
-    colors = one.values("COLOR_0") if "COLOR_0" in attributes else None
-    own = None if colors is None else colors[faces.reshape(-1)]
-    material = pictures.material(material_of(part), "TEXCOORD_0" in attributes, own)
-    if material is not None:
-        primitive["material"] = material
-    if len(one.parts) > 1 or part.name != "mesh":
-        primitive["extras"] = {"name": part.name}
-    return primitive
-
-
-def _alike(one: Sheet, number: int) -> list[Faces]:
-    """Faces of a part: those with texture coordinates, and those without, on which no texture is to be seen."""
-    faces, uv = one.triangles(number), one.values("TEXCOORD_0")
+def _split_untextured(flat: FlatMesh, number: int) -> list[Faces]:
+    """Split the faces of a part into those with texture coordinates and those without, which show no texture."""
+    faces, uv = flat.faces[flat.part == number], flat.values("TEXCOORD_0")
     if uv is None:
         return [faces]
     bare = np.isnan(uv[faces]).all(axis=(1, 2))
     return [own for own in (faces[~bare], faces[bare]) if len(own)]
 
 
-def _carried(one: Sheet, faces: Faces) -> tuple[str, ...]:
-    """Names of the attributes that any corner of some faces has."""
+def _list_present(flat: FlatMesh, faces: Faces) -> tuple[str, ...]:
+    """List the attributes that any corner of some faces has."""
     rows = faces.reshape(-1)
-    return tuple(own.name for own in one.attributes if not np.isnan(own.values[rows]).all())
+    return tuple(own.name for own in flat.attributes if not np.isnan(own.values[rows]).all())
 
 
-def _columns(
-    one: Sheet, corners: np.ndarray[Any, Any], origin: np.ndarray[Any, Any], names: tuple[str, ...]
-) -> dict[str, np.ndarray[Any, Any]]:
-    """Attributes of corners."""
-    columns = {"POSITION": (one.points[corners] - origin).astype(np.float32)}
-    if one.normals is not None and np.any(one.normals[corners]):
-        normals = one.normals[corners]
+def _convert_columns(
+    flat: FlatMesh, corners: NDArray[Any], origin: Points, names: tuple[str, ...]
+) -> dict[str, NDArray[np.float32]]:
+    """Return attributes of corners as glTF has them."""
+    columns = {"POSITION": (flat.points[corners] - origin).astype(np.float32)}
+    if flat.normals is not None and np.any(flat.normals[corners]):
         # glTF knows no missing normal; a part that has some takes this for the others.
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        unit = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-        columns["NORMAL"] = np.where(length > 0.0, unit, (0.0, 0.0, 1.0)).astype(np.float32)
-    for own in one.attributes:
+        unit = scale_to_unit(flat.normals[corners])
+        columns["NORMAL"] = np.where(unit.any(axis=1, keepdims=True), unit, (0.0, 0.0, 1.0)).astype(np.float32)
+    for own in flat.attributes:
         if own.name not in names:
             continue
         taken = own.values[corners]
         if own.kind == "uv":
             taken = np.stack([taken[:, 0], 1.0 - taken[:, 1]], axis=1)
         missing = 1.0 if own.name == "COLOR_0" else 0.0
-        # Of more than four numbers a glTF accessor is no place.
+        # A glTF accessor has four numbers at most.
         for start in range(0, taken.shape[1], 4):
             name = own.name if not start else f"{own.name}_{start}"
             piece = taken[:, start : start + 4]
             columns[name] = np.where(np.isnan(piece), missing, piece).astype(np.float32)
     return columns
-
-
-def _add_nodes(json_: dict[str, Any], mesh: Mesh, origin: np.ndarray[Any, Any]) -> None:
-    """Add a node for each instance of the mesh that was added last."""
-    for transform in mesh.transforms:
-        node: dict[str, Any] = {"mesh": len(json_["meshes"]) - 1}
-        if mesh.name:
-            node["name"] = mesh.name
-        if not np.array_equal(transform, np.eye(4)):
-            moved = transform.copy()
-            moved[:3, 3] = transform_points(origin[None], transform)[0]
-            node["matrix"] = [float(value) for value in moved.T.reshape(-1)]
-        elif origin.any():
-            node["translation"] = [float(value) for value in origin]
-        json_["scenes"][0]["nodes"].append(len(json_["nodes"]))
-        json_["nodes"].append(node)

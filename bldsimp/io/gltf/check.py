@@ -1,4 +1,4 @@
-"""What of a glTF document no mesh was read from, looked at before the document is put together again."""
+"""Validate the parts of the document that are copied unchanged."""
 
 from __future__ import annotations
 
@@ -6,66 +6,67 @@ from typing import Any
 
 from ...errors import OutputError
 from .document import Document
-from .references import FEATURES, accessor_slots, view_slots
+from .references import FEATURES, iterate_accessor_slots, iterate_view_slots
 
 
-def check_rest(document: Document) -> None:
+def check_document(document: Document) -> None:
     """Refuse a document whose references cannot be renumbered, or whose data cannot be laid out anew.
 
     Raises
     ------
     OutputError
+        If a number is out of range or of another type than the format asks.
     """
     try:
         _check_references(document)
         _check_places(document)
         _check_feature_ids(document)
     except (AttributeError, TypeError, ValueError) as error:
-        what = f"{type(error).__name__}: {error}"
-        raise OutputError(f"the input's glTF JSON is not as the format asks ({what}): it is damaged") from error
+        cause = f"{type(error).__name__}: {error}"
+        raise OutputError(f"the input's glTF JSON does not follow the format ({cause}): it is damaged") from error
 
 
 def _check_references(document: Document) -> None:
-    """Look at all that names an accessor, a buffer view, a buffer or a mesh."""
-    for key, slots in (("accessors", accessor_slots), ("bufferViews", view_slots)):
+    """Check all numbers of accessors, buffer views, buffers and meshes."""
+    for key, iterate in (("accessors", iterate_accessor_slots), ("bufferViews", iterate_view_slots)):
         count = len(document.items(key))
-        for container, name in slots(document.json):
+        for container, name in iterate(document.json):
             if not 0 <= container[name] < count:
                 raise ValueError(f"{name} {container[name]} is none of the {count} {key}")
     for number, view in enumerate(document.items("bufferViews")):
-        if _whole(view, "buffer", -1) not in range(len(document.buffers)):
+        if _check_whole(view, "buffer", -1) not in range(len(document.buffers)):
             raise ValueError(f"buffer view {number} names no buffer")
     for node in document.items("nodes"):
-        _whole(node, "mesh")
+        _check_whole(node, "mesh")
 
 
 def _check_places(document: Document) -> None:
-    """Look at what says where the data of accessors and buffer views starts and ends."""
+    """Check where the data of accessors and buffer views starts and ends."""
     for view in document.items("bufferViews"):
         for key in ("byteOffset", "byteLength", "byteStride"):
-            _whole(view, key)
+            _check_whole(view, key)
     for accessor in document.items("accessors"):
         if not isinstance(accessor.get("type", ""), str):
             raise TypeError(f"'type' is {accessor['type']!r}")
         sparse = accessor.get("sparse", {})
         for one in (accessor, sparse, sparse.get("indices", {}), sparse.get("values", {})):
             for key in ("bufferView", "byteOffset", "componentType"):
-                _whole(one, key)
+                _check_whole(one, key)
             # Reading takes 24.0 elements for 24.
             if not float(one.get("count", 0)).is_integer():
                 raise ValueError(f"'count' is {one['count']}")
 
 
 def _check_feature_ids(document: Document) -> None:
-    """Look at what names the attributes and textures that ids are read from."""
+    """Check the members that name the attributes and textures of feature ids."""
     for mesh in document.items("meshes"):
         for primitive in mesh.get("primitives", []):
             for ids in primitive.get("extensions", {}).get(FEATURES, {}).get("featureIds", []):
                 ids.get("texture", {}).get("extensions", {}).values()
 
 
-def _whole(container: dict[str, Any], key: str, default: int = 0) -> int:
-    """A member that is a whole number."""
+def _check_whole(container: dict[str, Any], key: str, default: int = 0) -> int:
+    """Return a member, which must be a whole number."""
     value = container.get(key, default)
     if type(value) is not int:
         raise TypeError(f"'{key}' is {str(value)[:40]!r}")

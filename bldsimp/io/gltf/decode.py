@@ -1,201 +1,196 @@
-"""Compressed glTF documents (Draco, meshopt) to what they stand for; the decoders are packages of their own."""
+"""Decode compressed glTF documents (Draco, meshopt) with packages of their own."""
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import importlib
-from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from .document import COMPONENTS, MESHOPT, WIDTHS, Document, copied
+from .buffers import pack_rows
+from .document import COMPONENTS, MESHOPT, WIDTHS, Document, copy_json
 
 DRACO = "KHR_draco_mesh_compression"
 
-_Filter = Callable[[NDArray[np.uint8], int, int], NDArray[np.uint8]]
+_PLACE = ("buffer", "byteOffset", "byteLength")
 
 
-def unpacked(document: Document, warnings: list[str]) -> Document:
-    """A document without compressed data: the same one where it has none.
+def decode_document(document: Document, warnings: list[str]) -> Document:
+    """Return a document without compressed data: the same one if it has none.
 
     Data that the file has uncompressed too (a fallback) is taken as it is.
+
+    Parameters
+    ----------
+    document : Document
+    warnings : list of str
+        Receives a message about the compression, which the result does not have.
 
     Raises
     ------
     InputError
-        Where the package that decodes is not installed, or the data is damaged.
+        If the package that decodes is not installed, or the data is damaged.
     """
-    used = [name for name in (*MESHOPT, DRACO) if name in _named(document)]
+    used = [name for name in (*MESHOPT, DRACO) if name in _find_extensions(document)]
     if not used:
         return document
     # Accessors, views and primitives get other entries; all else is shared with the file's own JSON.
     json_ = {**document.json}
     for key in ("accessors", "bufferViews", "meshes"):
-        json_[key] = copied(document.items(key))
-    made = _Made(json_, document)
+        json_[key] = copy_json(document.items(key))
+    decoder = _Decoder(json_, document)
     for number, view in enumerate(json_["bufferViews"]):
-        _unpack_view(made, number, view)
+        decoder.decode_view(number, view)
     # Draco's own data may be packed by meshopt.
-    whole = dataclasses.replace(document, json=json_, buffers=[*document.buffers, *made.buffers])
+    decoder.document = replace(document, json=json_, buffers=[*document.buffers, *decoder.buffers])
     for mesh in json_["meshes"]:
         for primitive in mesh.get("primitives", []):
-            _unpack_primitive(made, whole, primitive)
+            decoder.decode_primitive(primitive)
     for key in ("extensionsUsed", "extensionsRequired"):
-        left = [name for name in json_.get(key, []) if name not in used]
-        json_[key] = left
-        if not left:
+        json_[key] = [name for name in json_.get(key, []) if name not in used]
+        if not json_[key]:
             del json_[key]
     json_["buffers"] = [
         {k: v for k, v in entry.items() if k != "extensions" or not set(v) & set(MESHOPT)}
         for entry in document.items("buffers")
     ]
-    json_["buffers"] += [{"byteLength": len(data)} for data in made.buffers]
-    warnings.append(f"the file is compressed ({', '.join(used)}); what is written as glTF is not")
-    return dataclasses.replace(document, json=json_, buffers=[*document.buffers, *made.buffers], unpacked=tuple(used))
+    json_["buffers"] += [{"byteLength": len(data)} for data in decoder.buffers]
+    warnings.append(f"the file is compressed ({', '.join(used)}); glTF output is not")
+    return replace(document, json=json_, buffers=[*document.buffers, *decoder.buffers], decoded=tuple(used))
 
 
-class _Made:
-    """New buffers of a document, one for each piece of unpacked data; equal pieces of Draco's are one."""
-
-    def __init__(self, json_: dict[str, Any], document: Document) -> None:
-        self.json = json_
-        self.document = document
-        self.buffers: list[bytes] = []
-        self.decoded: dict[int, Any] = {}
-        self._views: dict[tuple[int, bytes], int] = {}
-
-    def add(self, data: bytes) -> dict[str, Any]:
-        """The place of new data, as a buffer view tells it."""
-        self.buffers.append(data)
-        number = len(self.document.buffers) + len(self.buffers) - 1
-        return {"buffer": number, "byteOffset": 0, "byteLength": len(data)}
-
-    def fill(self, accessor: dict[str, Any], values: NDArray[Any], *, vertices: bool) -> None:
-        """Give an accessor values of its own type, in a view of them alone; vertices start at multiples of four."""
-        kind = np.dtype("<" + COMPONENTS[accessor["componentType"]])
-        values = np.ascontiguousarray(values).reshape(len(values), -1)
-        if values.shape[1] != WIDTHS[accessor["type"]]:
-            raise InputError("the Draco data of the glTF file has other attributes than its accessors: it is damaged")
-        width = values.shape[1] * kind.itemsize
-        rows = np.zeros((len(values), width + (-width % 4 if vertices else 0)), np.uint8)
-        rows[:, :width] = values.astype(kind).view(np.uint8).reshape(len(values), width)
-        accessor.update(bufferView=self._view(rows, vertices), count=len(values))
-        accessor.pop("byteOffset", None)
-        if "min" in accessor and len(values):
-            accessor["min"], accessor["max"] = values.min(axis=0).tolist(), values.max(axis=0).tolist()
-
-    def _view(self, rows: NDArray[np.uint8], strided: bool) -> int:
-        """A view of rows of bytes."""
-        data = rows.tobytes()
-        key = rows.shape[1] * (1 if strided else -1), hashlib.sha256(data).digest()
-        if key not in self._views:
-            self._views[key] = len(self.json["bufferViews"])
-            self.json["bufferViews"].append(self.add(data))
-            if strided:
-                self.json["bufferViews"][-1]["byteStride"] = rows.shape[1]
-        return self._views[key]
-
-
-def _named(document: Document) -> set[str]:
-    """Extensions that views and primitives name; the file's own list may be wrong."""
+def _find_extensions(document: Document) -> set[str]:
+    """Return the extensions that views and primitives name; the file's own list may be wrong."""
     things = [*document.items("bufferViews")]
     things += [one for mesh in document.items("meshes") for one in mesh.get("primitives", [])]
     listed = [name for key in ("extensionsUsed", "extensionsRequired") for name in document.json.get(key, [])]
     return {*listed, *(name for thing in things for name in thing.get("extensions", {}))}
 
 
-def _unpack_view(made: _Made, number: int, view: dict[str, Any]) -> None:
-    """Undo meshopt's compression of a view."""
-    name = next((one for one in MESHOPT if one in view.get("extensions", {})), None)
-    if name is None:
-        return
-    packed = view["extensions"].pop(name)
-    if not view["extensions"]:
-        del view["extensions"]
-    document = made.document
-    if 0 <= view["buffer"] < len(document.buffers) and document.buffers[view["buffer"]]:
-        return
-    module = _module("meshoptimizer", "meshopt", name)
-    source = Document({"asset": {}, "bufferViews": [{key: packed[key] for key in _PLACE if key in packed}]},
-                      document.buffers, [])  # fmt: skip
-    data, count, stride = source.view(0), int(packed["count"]), int(packed["byteStride"])
-    try:
-        found = _decoded_view(module, data, count, stride, packed["mode"], packed.get("filter", "NONE"))
-    except (RuntimeError, ValueError) as error:
-        raise InputError(f"glTF buffer view {number} cannot be decompressed ({error}): the file is damaged") from None
-    view.update(made.add(found))
-    if packed["mode"] == "ATTRIBUTES":
-        view["byteStride"] = stride
+class _Decoder:
+    """New buffers of a document, one for each piece of decoded data; equal pieces of Draco's are one."""
+
+    def __init__(self, json_: dict[str, Any], document: Document) -> None:
+        self.json = json_
+        self.document = document
+        self.buffers: list[bytes] = []
+        self._first = len(document.buffers)
+        self._meshes: dict[int, Any] = {}
+        self._views: dict[tuple[int, bytes], int] = {}
+
+    def decode_view(self, number: int, view: dict[str, Any]) -> None:
+        """Undo meshopt's compression of a view."""
+        name, packed = _pop_extension(view, MESHOPT)
+        if packed is None:
+            return
+        buffers = self.document.buffers
+        if 0 <= view["buffer"] < len(buffers) and buffers[view["buffer"]]:
+            return
+        module = _import_decoder("meshoptimizer", "meshopt", name)
+        place = {key: packed[key] for key in _PLACE if key in packed}
+        data = Document({"asset": {}, "bufferViews": [place]}, buffers, []).read_view(0)
+        count, stride, mode = int(packed["count"]), int(packed["byteStride"]), packed["mode"]
+        try:
+            found = _decode_view(module, data, count, stride, mode, packed.get("filter", "NONE"))
+        except (RuntimeError, ValueError) as error:
+            raise InputError(f"glTF buffer view {number} cannot be decoded ({error}): the file is damaged") from None
+        view.update(self._add_buffer(found))
+        if mode == "ATTRIBUTES":
+            view["byteStride"] = stride
+
+    def decode_primitive(self, primitive: dict[str, Any]) -> None:
+        """Undo Draco's compression of a primitive."""
+        _, packed = _pop_extension(primitive, (DRACO,))
+        if packed is None:
+            return
+        accessors = self.json["accessors"]
+        numbers = [primitive["attributes"][name] for name in packed["attributes"]]
+        numbers += [primitive["indices"]] if "indices" in primitive else []
+        if all("bufferView" in accessors[number] for number in numbers):
+            return
+        view = packed["bufferView"]
+        if view not in self._meshes:
+            self._meshes[view] = _decode_draco(self.document.read_view(view))
+        mesh = self._meshes[view]
+        primitive["mode"] = 4
+        if "indices" in primitive:
+            faces = np.asarray(mesh.faces).reshape(-1, 1)
+            self._fill_accessor(accessors[primitive["indices"]], faces, vertices=False)
+        for name, unique in packed["attributes"].items():
+            found = mesh.get_attribute_by_unique_id(unique)
+            if found is None:
+                raise InputError(f"the Draco data of the glTF file has no attribute {unique}, {name}: it is damaged")
+            self._fill_accessor(accessors[primitive["attributes"][name]], np.asarray(found["data"]), vertices=True)
+
+    def _add_buffer(self, data: bytes) -> dict[str, Any]:
+        """Add a buffer; return the place of its data for a buffer view."""
+        self.buffers.append(data)
+        return {"buffer": self._first + len(self.buffers) - 1, "byteOffset": 0, "byteLength": len(data)}
+
+    def _fill_accessor(self, accessor: dict[str, Any], values: NDArray[Any], *, vertices: bool) -> None:
+        """Give an accessor values of its own type, in a view of their own."""
+        values = np.ascontiguousarray(values).reshape(len(values), -1)
+        if values.shape[1] != WIDTHS[accessor["type"]]:
+            raise InputError("the Draco data of the glTF file has other attributes than its accessors: it is damaged")
+        rows = pack_rows(values, np.dtype("<" + COMPONENTS[accessor["componentType"]]), aligned=vertices)
+        key = rows.shape[1] * (1 if vertices else -1), hashlib.sha256(rows.tobytes()).digest()
+        if key not in self._views:
+            self._views[key] = len(self.json["bufferViews"])
+            stride = {"byteStride": rows.shape[1]} if vertices else {}
+            self.json["bufferViews"].append({**self._add_buffer(rows.tobytes()), **stride})
+        accessor.update(bufferView=self._views[key], count=len(values))
+        accessor.pop("byteOffset", None)
+        if "min" in accessor and len(values):
+            accessor["min"], accessor["max"] = values.min(axis=0).tolist(), values.max(axis=0).tolist()
 
 
-_PLACE = ("buffer", "byteOffset", "byteLength")
+def _pop_extension(thing: dict[str, Any], names: tuple[str, ...]) -> tuple[str, dict[str, Any] | None]:
+    """Remove the first of some extensions that a JSON object has; return its name and value."""
+    extensions = thing.get("extensions", {})
+    name = next((one for one in names if one in extensions), "")
+    packed: dict[str, Any] | None = extensions.pop(name, None)
+    if packed is not None and not extensions:
+        del thing["extensions"]
+    return name, packed
 
 
-def _decoded_view(module: Any, data: bytes, count: int, stride: int, mode: str, filter_: str) -> bytes:
-    """The bytes that a compressed view stands for."""
+def _decode_view(module: Any, data: bytes, count: int, stride: int, mode: str, filter_: str) -> bytes:
+    """Return the bytes of a view that meshopt compressed."""
     if mode != "ATTRIBUTES":
         decode = {"TRIANGLES": module.decode_index_buffer, "INDICES": module.decode_index_sequence}.get(mode)
         if decode is None or stride not in (2, 4):
             raise ValueError(f"mode {mode} of {stride} bytes")
-        # The package gives four bytes for each index, whatever size it is told.
+        # The package returns four bytes for each index, whatever size it is given.
         return bytes(decode(count, 4, data).astype(f"<u{stride}").tobytes())
     rows: NDArray[np.uint8] = module.decode_vertex_buffer(count, stride, data, dtype=np.dtype((np.uint8, stride)))
-    filters: dict[str, _Filter] = {
+    filters = {
+        "NONE": lambda rows, *_: rows,
         "OCTAHEDRAL": module.decode_filter_oct,
         "QUATERNION": module.decode_filter_quat,
         "EXPONENTIAL": module.decode_filter_exp,
     }
-    if filter_ == "NONE":
-        return rows.tobytes()
     if filter_ not in filters:
         raise ValueError(f"filter {filter_} is not known")
-    return filters[filter_](rows, count, stride).tobytes()
+    return bytes(filters[filter_](rows, count, stride).tobytes())
 
 
-def _unpack_primitive(made: _Made, document: Document, primitive: dict[str, Any]) -> None:
-    """Undo Draco's compression of a primitive."""
-    packed = primitive.get("extensions", {}).pop(DRACO, None)
-    if packed is None:
-        return
-    if not primitive["extensions"]:
-        del primitive["extensions"]
-    accessors = made.json["accessors"]
-    names = packed["attributes"]
-    numbers = [primitive["attributes"][name] for name in names]
-    numbers += [primitive["indices"]] if "indices" in primitive else []
-    if all("bufferView" in accessors[number] for number in numbers):
-        return
-    view = packed["bufferView"]
-    if view not in made.decoded:
-        made.decoded[view] = _draco(document.view(view))
-    mesh = made.decoded[view]
-    primitive["mode"] = 4
-    if "indices" in primitive:
-        made.fill(accessors[primitive["indices"]], np.asarray(mesh.faces).reshape(-1, 1), vertices=False)
-    for name, unique in names.items():
-        found = mesh.get_attribute_by_unique_id(unique)
-        if found is None:
-            raise InputError(f"the Draco data of the glTF file has no attribute {unique}, {name}: it is damaged")
-        made.fill(accessors[primitive["attributes"][name]], np.asarray(found["data"]), vertices=True)
-
-
-def _draco(data: bytes) -> Any:
-    """A decoded mesh."""
-    module = _module("DracoPy", "Draco", DRACO)
+def _decode_draco(data: bytes) -> Any:
+    """Return a decoded mesh."""
+    module = _import_decoder("DracoPy", "Draco", DRACO)
     try:
         mesh = module.decode(data)
     except Exception as error:  # the package raises its own bare exceptions
-        raise InputError(f"the Draco data of the glTF file cannot be decompressed ({error}): it is damaged") from None
+        raise InputError(f"the Draco data of the glTF file cannot be decoded ({error}): it is damaged") from None
     if not hasattr(mesh, "faces"):
         raise InputError("the Draco data of the glTF file has points but no faces: it is damaged")
     return mesh
 
 
-def _module(package: str, method: str, extension: str) -> Any:
+def _import_decoder(package: str, method: str, extension: str) -> Any:
     try:
         return importlib.import_module(package)
     except ImportError:

@@ -1,10 +1,11 @@
-"""glTF to glTF: the source's own JSON, with new accessors for the primitives that were simplified.
+"""Patch a glTF document: the source's own JSON, with new accessors for the primitives that were simplified.
 
 Names, nodes, instances, materials, images, animations, extras and unknown extensions stay as they are.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,176 +16,194 @@ from ...model import Mesh, Scene, SimplifiedMesh
 from ...options import Options
 from ...stages.normals import resolve_normals
 from ...unique_rows import find_unique_rows
-from ..unchanged import is_no_lighter
-from .attributes import HARMLESS
-from .buffers import Body
-from .columns import Column, columns
-from .delimit import BareMaterials, without_lost
-from .document import Document, copied
-from .references import INSTANCING, instancing_slots, primitive_slots, unknown_extensions
-from .settle import settle
-from .vertices import Rows
+from ..flat_mesh import drop_unused_rows, has_same_surface
+from .attributes import HARMLESS, SharedVertices, StoredColumn, list_primitives, store_attributes
+from .buffers import NewAccessors, replace_accessors
+from .document import Document, copy_json
+from .materials import BareMaterials, find_uv_set
+from .references import (
+    FEATURES,
+    INSTANCING,
+    METADATA,
+    Slot,
+    iterate_instance_slots,
+    iterate_primitive_slots,
+    list_unknown_extensions,
+)
 
 
-def patched(
-    scene: Scene, lights: list[SimplifiedMesh], options: Options, warnings: list[str], *, whole: bool, first: bool
+def patch_document(
+    document: Document,
+    scene: Scene,
+    results: list[SimplifiedMesh],
+    options: Options,
+    warnings: list[str],
+    *,
+    whole: bool,
+    first: bool,
 ) -> tuple[dict[str, Any], bytes, int]:
-    """A scene read from glTF with its simplified primitives replaced.
+    """Replace the simplified primitives of a document.
 
     Parameters
     ----------
+    document : Document
     scene : Scene
-    lights : list of SimplifiedMesh
+        As it was read from the document.
+    results : list of SimplifiedMesh
     options : Options
     warnings : list of str
-        Added to.
+        Receives a message about unknown extensions.
     whole : bool
-        All data goes into one buffer; else buffers beside the document that keep all their data stay.
+        All data goes into one buffer; else buffers next to the document that keep all their data stay.
     first : bool
-        The buffer that is made comes before all others, as in a GLB.
+        The new buffer comes before all others, as in a GLB.
 
     Returns
     -------
     json : dict
         Names one buffer without a URI, or none, and those that stay.
     binary : bytes
-        Of the one without a URI.
+        Data of the buffer without a URI.
     vertices : int
         Written for the primitives that have triangles.
     """
-    document: Document = scene.source
-    json_ = copied(document.json)
-    patch = _Patch(document, json_, options, Body(), BareMaterials(json_))
+    json_ = copy_json(document.json)
+    patch = _Patch(document, json_, options, BareMaterials(json_))
     vertices = 0
     # A document must show something: without any triangle it stays as it is.
-    if any(len(light.faces) for light in lights):
-        for mesh, light in zip(scene.meshes, lights, strict=True):
-            vertices += _replace_mesh(patch, mesh, light)
-        _remove_meshes(json_, {mesh.source.index for mesh in scene.meshes}, patch.replaced)
-    if patch.replaced and unknown_extensions(json_):
-        names = ", ".join(unknown_extensions(json_))
-        warnings.append(f"extensions that bldsimp does not know were kept as they are: {names}")
-    whole |= bool(document.unpacked)
-    return json_, settle(document, json_, patch.body, patch.replaced, whole=whole, first=first), vertices
+    if any(len(result.faces) for result in results):
+        for mesh, result in zip(scene.meshes, results, strict=True):
+            vertices += patch.replace_mesh(mesh, result)
+        patch.remove_meshes({mesh.number for mesh in scene.meshes})
+    if patch.replaced and list_unknown_extensions(json_):
+        names = ", ".join(list_unknown_extensions(json_))
+        warnings.append(f"kept extensions that bldsimp does not know as they are: {names}")
+    whole |= bool(document.decoded)
+    return json_, replace_accessors(document, json_, patch.new, patch.replaced, whole=whole, first=first), vertices
 
 
 @dataclass
 class _Patch:
-    """What changes of a document: its JSON, new accessors, and the numbers of those that primitives no longer name."""
+    """Changes of a document: its JSON, new accessors, and the numbers of those that primitives named before."""
 
     document: Document
     json: dict[str, Any]
     options: Options
-    body: Body
     bare: BareMaterials
+    new: NewAccessors = field(default_factory=NewAccessors)
     replaced: set[int] = field(default_factory=set)
 
+    def replace_mesh(self, mesh: Mesh, result: SimplifiedMesh) -> int:
+        """Replace the simplified primitives of one mesh; return the number of its vertices."""
+        result, normals = resolve_normals(mesh, result, self.options)
+        vertices = len(np.unique(result.faces[mesh.passed_on[result.part_of_face]]))
+        primitives = self.json["meshes"][mesh.number]["primitives"]
+        empty: list[int] = []
+        groups: dict[SharedVertices, dict[int, int]] = {}
+        for number, (index, _, group) in enumerate(list_primitives(self.document, mesh.number)):
+            if not mesh.parts[number].fixed:
+                groups.setdefault(group, {})[number] = index
+        for group, indices in groups.items():
+            faces = {number: result.faces[result.part_of_face == number] for number in indices}
+            empty += [indices[number] for number, own in faces.items() if not len(own)]
+            if any(map(len, faces.values())):
+                own = {number: primitives[index] for number, index in indices.items()}
+                vertices += self._replace_group(mesh, result, group, own, faces, normals)
+        for index in sorted(empty, reverse=True):
+            self._free(iterate_primitive_slots(primitives[index]))
+            del primitives[index]
+        return vertices
 
-def _replace_mesh(patch: _Patch, mesh: Mesh, light: SimplifiedMesh) -> int:
-    """Replace the simplified primitives of one mesh; the number of its vertices."""
-    light, normals = resolve_normals(mesh, light, patch.options)
-    groups: dict[Rows, list[int]] = {}
-    for number, part in enumerate(mesh.parts):
-        if not part.fixed:
-            groups.setdefault(part.source.rows, []).append(number)
-    untouched = mesh.passed_on
-    vertices = len(np.unique(light.faces[untouched[light.part_of_face]]))
-    empty: list[int] = []
-    for rows, numbers in groups.items():
-        faces = [light.faces[light.part_of_face == number] for number in numbers]
-        empty += [number for number, own in zip(numbers, faces, strict=True) if not len(own)]
-        if sum(map(len, faces)):
-            vertices += _replace_group(patch, mesh, light, rows, numbers, faces, normals)
-    primitives = patch.json["meshes"][mesh.source.index]["primitives"]
-    _remove(primitives, [mesh.parts[number].source.index for number in empty], patch.replaced)
-    return vertices
-
-
-def _replace_group(
-    patch: _Patch,
-    mesh: Mesh,
-    light: SimplifiedMesh,
-    rows: Rows,
-    numbers: list[int],
-    faces: list[NDArray[np.int32]],
-    normals: NDArray[np.float64] | None,
-) -> int:
-    """Replace primitives that share vertices; the number of those."""
-    used, corners = _compact(np.concatenate(faces), len(light.points))
-    found = columns(patch.document, mesh, light, rows, used, normals, patch.options)
-    first, inverse = find_unique_rows(np.concatenate([each.values.astype(np.float64) for each in found], axis=1))
-    same_names = {each.name for each in found} == {name for name, _ in rows.accessors}
-    # What has become no smaller is better left as it is stored.
-    if same_names and len(first) == rows.count and is_no_lighter(mesh, light, numbers):
+    def _replace_group(
+        self,
+        mesh: Mesh,
+        result: SimplifiedMesh,
+        group: SharedVertices,
+        primitives: dict[int, dict[str, Any]],
+        faces: dict[int, NDArray[np.int32]],
+        normals: NDArray[np.float64] | None,
+    ) -> int:
+        """Replace primitives that share vertices, by the numbers of their parts; return the number of vertices."""
+        used, corners = drop_unused_rows(np.concatenate(list(faces.values())), len(result.points))
+        columns = store_attributes(self.document, mesh, result, group, used, normals=normals, options=self.options)
+        first, inverse = find_unique_rows(np.concatenate([one.values.astype(np.float64) for one in columns], axis=1))
+        same_names = {one.name for one in columns} == {name for name, _ in group.accessors}
+        # A result that is no smaller is better left as it is stored.
+        if same_names and len(first) == group.count and has_same_surface(mesh, result, list(primitives)):
+            return len(first)
+        accessors = {one.name: self._add_column(group, one, first) for one in columns}
+        start = 0
+        for number, own in faces.items():
+            if len(own):
+                indices = self.new.add_indices(inverse[corners[start : start + len(own)]], len(first))
+                self._replace_primitive(primitives[number], accessors, indices)
+            start += len(own)
         return len(first)
-    accessors = {each.name: _add_column(patch, rows, each, first) for each in found}
-    primitives = patch.json["meshes"][mesh.source.index]["primitives"]
-    # Starts of the parts, and the end of the last.
-    starts = np.cumsum([0, *map(len, faces)])
-    for number, start, end in zip(numbers, starts, starts[1:], strict=False):
-        if start < end:
-            indices = patch.body.add_indices(inverse[corners[start:end]], len(first))
-            _replace_primitive(patch, primitives[mesh.parts[number].source.index], accessors, indices)
-    return len(first)
+
+    def _add_column(self, group: SharedVertices, column: StoredColumn, first: NDArray[np.int64]) -> int:
+        """Add some rows of a column; the new accessor has the name of the one it replaces."""
+        old = group.accessor(column.name)
+        entry = {} if old is None else self.document.items("accessors")[old]
+        more = {key: entry[key] for key in ("name", "extras") if key in entry}
+        bounds = column.name == "POSITION"
+        return self.new.add_vertices(column.values[first], normalized=column.normalized, bounds=bounds, **more)
+
+    def _replace_primitive(self, primitive: dict[str, Any], accessors: dict[str, int], indices: int) -> None:
+        """Point a primitive at new accessors, by negative numbers until `replace_accessors` assigns them."""
+        self._free(iterate_primitive_slots(primitive))
+        if not self.options.keeps("uv"):
+            self.bare.apply(primitive)
+        primitive["attributes"] = {name: -1 - number for name, number in accessors.items()}
+        primitive["indices"] = -1 - indices
+        if primitive.get("mode", 4) != 4:
+            primitive["mode"] = 4
+        # Morph targets without any entry.
+        primitive.pop("targets", None)
+        if "extensions" in primitive:
+            known = {key: value for key, value in primitive["extensions"].items() if key in HARMLESS}
+            kept = {key: _drop_lost_names(key, value, set(accessors), self.options) for key, value in known.items()}
+            primitive["extensions"] = {key: value for key, value in kept.items() if value}
+            if not primitive["extensions"]:
+                del primitive["extensions"]
+
+    def _free(self, slots: Iterator[Slot]) -> None:
+        """Note that accessors may no longer be named."""
+        self.replaced.update(container[key] for container, key in slots)
+
+    def remove_meshes(self, numbers: set[int]) -> None:
+        """Remove meshes without primitives; the nodes that placed them stay, and show nothing."""
+        meshes = self.json.get("meshes", [])
+        kept = [i for i, mesh in enumerate(meshes) if i not in numbers or mesh["primitives"]]
+        if len(kept) == len(meshes):
+            return
+        self.json["meshes"] = [meshes[i] for i in kept]
+        place = {old: new for new, old in enumerate(kept)}
+        for node in self.json.get("nodes", []):
+            if node.get("mesh") in place:
+                node["mesh"] = place[node["mesh"]]
+            elif "mesh" in node:
+                self._free(iterate_instance_slots(node))
+                for key in ("mesh", "skin", "weights"):
+                    node.pop(key, None)
+                node.get("extensions", {}).pop(INSTANCING, None)
+                if not node.get("extensions", True):
+                    del node["extensions"]
 
 
-def _compact(faces: NDArray[np.int32], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows that faces use, ascending, and the faces in terms of them."""
-    used = np.zeros(count, bool)
-    used[faces] = True
-    return np.flatnonzero(used), (np.cumsum(used) - 1)[faces]
+def _drop_lost_names(extension: str, value: dict[str, Any], kept: set[str], options: Options) -> dict[str, Any]:
+    """Return an extension of a primitive without members that name attributes other than those kept."""
+    if extension == FEATURES:
+        ids = [one for one in value.get("featureIds", []) if _has_source(one, kept)]
+        return {**value, "featureIds": ids} if ids else {}
+    if extension == METADATA:
+        lost = set() if options.keeps("uv") else {"propertyTextures"}
+        lost |= set() if options.keeps("color") and options.keeps("feature") else {"propertyAttributes"}
+        return {key: member for key, member in value.items() if key not in lost}
+    return value
 
 
-def _add_column(patch: _Patch, rows: Rows, column: Column, first: NDArray[np.int64]) -> int:
-    """Add some rows of a column; the new accessor is called as the one it stands for."""
-    old = rows.accessor(column.name)
-    entry = {} if old is None else patch.document.items("accessors")[old]
-    more = {key: entry[key] for key in ("name", "extras") if key in entry}
-    bounds = column.name == "POSITION"
-    return patch.body.add_vertices(column.values[first], normalized=column.normalized, bounds=bounds, **more)
-
-
-def _replace_primitive(patch: _Patch, primitive: dict[str, Any], accessors: dict[str, int], indices: int) -> None:
-    """Point a primitive at new accessors (negative numbers until they are settled)."""
-    patch.replaced.update(container[key] for container, key in primitive_slots(primitive))
-    if not patch.options.keeps("uv"):
-        patch.bare.take(primitive)
-    primitive["attributes"] = {name: -1 - number for name, number in accessors.items()}
-    primitive["indices"] = -1 - indices
-    if primitive.get("mode", 4) != 4:
-        primitive["mode"] = 4
-    # Morph targets without any entry.
-    primitive.pop("targets", None)
-    if "extensions" in primitive:
-        known = {key: value for key, value in primitive["extensions"].items() if key in HARMLESS}
-        left = {key: without_lost(key, value, set(accessors), patch.options) for key, value in known.items()}
-        primitive["extensions"] = {key: value for key, value in left.items() if value}
-        if not primitive["extensions"]:
-            del primitive["extensions"]
-
-
-def _remove(primitives: list[dict[str, Any]], numbers: list[int], replaced: set[int]) -> None:
-    """Take primitives without triangles away."""
-    for number in sorted(numbers, reverse=True):
-        replaced.update(container[key] for container, key in primitive_slots(primitives[number]))
-        del primitives[number]
-
-
-def _remove_meshes(json_: dict[str, Any], numbers: set[int], replaced: set[int]) -> None:
-    """Take meshes without primitives away; nodes that placed them stay, and show nothing."""
-    meshes = json_.get("meshes", [])
-    left = [i for i, mesh in enumerate(meshes) if i not in numbers or mesh["primitives"]]
-    if len(left) == len(meshes):
-        return
-    json_["meshes"] = [meshes[i] for i in left]
-    place = {old: new for new, old in enumerate(left)}
-    for node in json_.get("nodes", []):
-        if node.get("mesh") in place:
-            node["mesh"] = place[node["mesh"]]
-        elif "mesh" in node:
-            replaced.update(container[key] for container, key in instancing_slots(node))
-            for key in ("mesh", "skin", "weights"):
-                node.pop(key, None)
-            node.get("extensions", {}).pop(INSTANCING, None)
-            if not node.get("extensions", True):
-                del node["extensions"]
+def _has_source(ids: dict[str, Any], kept: set[str]) -> bool:
+    """Tell whether the attribute or UV set that feature ids are read from is kept."""
+    if "attribute" in ids:
+        return f"_FEATURE_ID_{ids['attribute']}" in kept
+    return f"TEXCOORD_{find_uv_set(ids.get('texture', {}))}" in kept

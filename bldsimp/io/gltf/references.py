@@ -1,12 +1,12 @@
-"""Where a glTF document's JSON names accessors and buffer views, so that they can be renumbered."""
+"""List the places where a glTF document's JSON names accessors and buffer views, so that they can be renumbered."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 Slot = tuple[Any, Any]
-"""A container and the key or index in it that holds a number."""
+"""A container, and the key or index in it of a number."""
 
 FEATURES = "EXT_mesh_features"
 INSTANCING = "EXT_mesh_gpu_instancing"
@@ -26,69 +26,62 @@ _KNOWN = {
 }
 
 
-def unknown_extensions(json_: dict[str, Any]) -> list[str]:
-    """Extensions that may name accessors or buffer views in ways that are not known here."""
+def list_unknown_extensions(json_: dict[str, Any]) -> list[str]:
+    """List the extensions that may name accessors or buffer views in ways that bldsimp does not know."""
     return sorted(
         name for name in json_.get("extensionsUsed", []) if name not in _KNOWN and not name.startswith(_HARMLESS)
     )
 
 
-def accessor_slots(json_: dict[str, Any]) -> Iterator[Slot]:
-    """Every place that holds the number of an accessor."""
+def iterate_accessor_slots(json_: dict[str, Any]) -> Iterator[Slot]:
+    """Yield every place of an accessor's number."""
     for mesh in json_.get("meshes", []):
         for primitive in mesh.get("primitives", []):
-            yield from primitive_slots(primitive)
+            yield from iterate_primitive_slots(primitive)
     for skin in json_.get("skins", []):
-        yield from _one(skin, "inverseBindMatrices")
+        yield from _iterate_slots(skin, ["inverseBindMatrices"])
     for animation in json_.get("animations", []):
         for sampler in animation.get("samplers", []):
-            yield from _one(sampler, "input")
-            yield from _one(sampler, "output")
+            yield from _iterate_slots(sampler, ["input", "output"])
     for node in json_.get("nodes", []):
-        yield from instancing_slots(node)
+        yield from iterate_instance_slots(node)
 
 
-def instancing_slots(node: dict[str, Any]) -> Iterator[Slot]:
-    """The places of the instances of one node."""
-    yield from _all(node.get("extensions", {}).get(INSTANCING, {}).get("attributes", {}))
+def iterate_instance_slots(node: dict[str, Any]) -> Iterator[Slot]:
+    """Yield every place of an accessor's number in the instances of one node."""
+    yield from _iterate_slots(node.get("extensions", {}).get(INSTANCING, {}).get("attributes", {}))
 
 
-def primitive_slots(primitive: dict[str, Any]) -> Iterator[Slot]:
-    """The places of one primitive."""
-    yield from _all(primitive.get("attributes", {}))
-    yield from _one(primitive, "indices")
+def iterate_primitive_slots(primitive: dict[str, Any]) -> Iterator[Slot]:
+    """Yield every place of an accessor's number in one primitive."""
+    yield from _iterate_slots(primitive.get("attributes", {}))
+    yield from _iterate_slots(primitive, ["indices"])
     for target in primitive.get("targets", []):
-        yield from _all(target)
-    yield from _one(primitive.get("extensions", {}).get("CESIUM_primitive_outline", {}), "indices")
+        yield from _iterate_slots(target)
+    yield from _iterate_slots(primitive.get("extensions", {}).get("CESIUM_primitive_outline", {}), ["indices"])
 
 
-def view_slots(json_: dict[str, Any]) -> Iterator[Slot]:
-    """Every place that holds the number of a buffer view."""
+def iterate_view_slots(json_: dict[str, Any]) -> Iterator[Slot]:
+    """Yield every place of a buffer view's number."""
     for accessor in json_.get("accessors", []):
-        yield from accessor_view_slots(accessor)
+        yield from iterate_accessor_view_slots(accessor)
     for image in json_.get("images", []):
-        yield from _one(image, "bufferView")
+        yield from _iterate_slots(image, ["bufferView"])
     metadata = json_.get("extensions", {}).get(METADATA, {})
     for table in metadata.get("propertyTables", []):
         for column in table.get("properties", {}).values():
-            for key in ("values", "arrayOffsets", "stringOffsets"):
-                yield from _one(column, key)
+            yield from _iterate_slots(column, ["values", "arrayOffsets", "stringOffsets"])
 
 
-def accessor_view_slots(accessor: dict[str, Any]) -> Iterator[Slot]:
-    """The places of one accessor."""
-    yield from _one(accessor, "bufferView")
+def iterate_accessor_view_slots(accessor: dict[str, Any]) -> Iterator[Slot]:
+    """Yield every place of a buffer view's number in one accessor."""
     sparse = accessor.get("sparse", {})
-    yield from _one(sparse.get("indices", {}), "bufferView")
-    yield from _one(sparse.get("values", {}), "bufferView")
+    for container in (accessor, sparse.get("indices", {}), sparse.get("values", {})):
+        yield from _iterate_slots(container, ["bufferView"])
 
 
-def _one(container: Any, key: str) -> Iterator[Slot]:
-    if type(container.get(key)) is int:
-        yield container, key
-
-
-def _all(container: dict[str, Any]) -> Iterator[Slot]:
-    for key, value in container.items():
-        if type(value) is int:
+def _iterate_slots(container: dict[str, Any], keys: Iterable[str] | None = None) -> Iterator[Slot]:
+    """Yield the places of whole numbers, of all keys or of those given."""
+    for key in container.keys() if keys is None else keys:
+        if type(container.get(key)) is int:
             yield container, key

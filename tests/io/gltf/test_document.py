@@ -161,7 +161,7 @@ class TestBeside:
         folder.mkdir()
         os.mkfifo(folder / "pipe")
         source = write(folder / "box.gltf", document.gltf(uri.replace("ABSOLUTE", str(outside))))
-        with pytest.raises(InputError, match="is no file beneath the input's folder: put it there"):
+        with pytest.raises(InputError, match="is not a file beneath the input's folder: put it there"):
             read(source, "gltf")
 
     @pytest.mark.parametrize("uri", ["sub/box.bin", "sub/../sub/box.bin", "sub/..b%20x.bin", "./link.bin"])
@@ -189,7 +189,7 @@ class TestBeside:
         lights, _ = simplify_scene(scene, Options())
         for suffix in ("glb", "obj"):
             written = write_scene(scene, lights, folder / f"out.{suffix}", suffix, Options())
-            assert any("'../secret.png' is no file beneath" in text for text in written.warnings)
+            assert any("'../secret.png' is not a file beneath" in text for text in written.warnings)
         assert not any(b"PNG secret" in path.read_bytes() for path in folder.iterdir())
 
 

@@ -133,10 +133,10 @@ def test_what_faces_carry_wins_over_the_same_of_points(name: str, suffix: str, t
     lights, _ = simplify_scene(scene, Options())
     target = tmp_path / f"out.{suffix}"
     written = write_scene(scene, lights, target, suffix, Options())
-    word = {"COLOR_0": "colours", "_label": "'label'"}[name]
+    word = {"COLOR_0": "colors", "_label": "'label'"}[name]
     held = suffix == "glb" or name == "COLOR_0"
-    assert any(f"does not hold {word} of both" in told for told in written.warnings) == held
-    assert any(f"does not hold {word}" in told for told in written.warnings)
+    assert any(f"cannot store {word} of both" in told for told in written.warnings) == held
+    assert any(f"cannot store {word}" in told for told in written.warnings)
     (mesh,) = read(target, suffix).meshes
     found = {own.name: own.values for own in mesh.attributes}
     assert set(found) == ({name} if held else set())

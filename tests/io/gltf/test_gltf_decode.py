@@ -159,7 +159,7 @@ class TestMeshopt:
         data = with_meshopt(document, {number: ("ATTRIBUTES", "NONE")})
         json_, binary = glb_parts(data)
         json_["bufferViews"][number]["extensions"][MESHOPT].update(change)
-        with pytest.raises(InputError, match=r"cannot be decompressed .*: the file is damaged"):
+        with pytest.raises(InputError, match=r"cannot be decoded .*: the file is damaged"):
             read(glb(json_, binary), "glb")
 
 
@@ -195,7 +195,7 @@ class TestDraco:
     def test_damaged_data_is_refused(self) -> None:
         json_, binary = glb_parts(with_draco(painted(), tex_coord="TEXCOORD_0", colors="COLOR_0"))
         start = json_["bufferViews"][0]["byteOffset"]
-        with pytest.raises(InputError, match="Draco data of the glTF file cannot be decompressed"):
+        with pytest.raises(InputError, match="Draco data of the glTF file cannot be decoded"):
             read(glb(json_, binary[:start] + bytes(len(binary) - start)), "glb")
         json_["meshes"][0]["primitives"][0]["extensions"][DRACO]["attributes"]["POSITION"] = 99
         with pytest.raises(InputError, match="no attribute 99, POSITION"):

@@ -233,8 +233,8 @@ def test_what_stands_around_the_surface_is_told_where_it_is_lost(suffix: str, tm
     lights, _ = simplify_scene(scene, Options())
     told = write_scene(scene, lights, tmp_path / f"out.{suffix}", suffix, Options()).warnings
     assert [text for text in told if "glTF document" in text] == [
-        f"{suffix.upper()} holds of a glTF document no points and lines, cameras, lights, animations,"
-        " wrap and filter of textures, tree of nodes, names of nodes, extras: lost"
+        f"{suffix.upper()} cannot store points and lines, cameras, lights, animations,"
+        " wrap and filter of textures, tree of nodes, names of nodes, extras of the glTF document: lost"
     ] * (suffix != "gltf")
 
 

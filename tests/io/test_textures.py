@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bldsimp.io.image_size import image_size
+from bldsimp.io.textures import read_image_size
 
 SIZE = (37, 1021)
 WRITTEN: dict[str, tuple[str, dict[str, Any]]] = {
@@ -37,22 +37,22 @@ def written(name: str, size: tuple[int, int]) -> bytes:
 @pytest.mark.parametrize("name", WRITTEN)
 def test_the_size_is_what_was_written(name: str) -> None:
     for size in (SIZE, SIZE[::-1], (1, 1)):
-        assert image_size(written(name, size)) == size
+        assert read_image_size(written(name, size)) == size
 
 
 @pytest.mark.parametrize("name", WRITTEN)
 def test_a_header_that_is_cut_off_has_no_size(name: str) -> None:
     data = written(name, SIZE)
-    found = [image_size(data[:length]) for length in range(min(len(data), 900))]
+    found = [read_image_size(data[:length]) for length in range(min(len(data), 900))]
     assert found[0] is None
     assert set(found) <= {None, SIZE}
 
 
 def test_ktx2_and_bitmaps_of_other_headers() -> None:
     ktx2 = b"\xabKTX 20\xbb\r\n\x1a\n" + struct.pack("<IIII", 0, 1, 512, 256)
-    assert image_size(ktx2) == (512, 256)
-    assert image_size(b"BM" + bytes(12) + struct.pack("<IHH", 12, 5, 6)) == (5, 6)
-    assert image_size(b"BM" + bytes(12) + struct.pack("<Iii", 40, 5, -6)) == (5, 6)
+    assert read_image_size(ktx2) == (512, 256)
+    assert read_image_size(b"BM" + bytes(12) + struct.pack("<IHH", 12, 5, 6)) == (5, 6)
+    assert read_image_size(b"BM" + bytes(12) + struct.pack("<Iii", 40, 5, -6)) == (5, 6)
 
 
 NO_IMAGES = [b"", b"GIF89a" + bytes(40), b"\x89PNG and so on", b"DDS " + bytes(200), b"\xff\xd8\xff"]
@@ -60,4 +60,4 @@ NO_IMAGES = [b"", b"GIF89a" + bytes(40), b"\x89PNG and so on", b"DDS " + bytes(2
 
 @pytest.mark.parametrize("data", NO_IMAGES)
 def test_what_is_no_image_has_no_size(data: bytes) -> None:
-    assert image_size(data) is None
+    assert read_image_size(data) is None

@@ -1,4 +1,4 @@
-"""STL, and every other mesh format that trimesh reads."""
+"""Read STL, and every other mesh format that bldsimp has no reader for, through trimesh."""
 
 from __future__ import annotations
 
@@ -10,26 +10,39 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..model import FACE, Mesh, Part, attach_attributes
+from ..material import Material
+from ..model import FACE, Mesh, Part, attach_attributes, cast_indices
 from ..trimesh_adapter import build_attributes, collect_columns, find_image
-from .stl import whole_stl
-from .surface import Material, Polygons, polygon_mesh
-
-STL_BYTES = FACE + "_stl"
-"""What an STL file stores behind each face."""
+from .polygons import Polygons, build_mesh
+from .stl import STL_BYTES, check_stl
 
 
-def read_loaded(data: bytes, format_: str, path: Path | None, warnings: list[str]) -> list[Mesh]:
-    """Read a file through trimesh: one mesh for an STL, else one for each geometry of the scene.
+def read_by_trimesh(data: bytes, format_: str, path: Path | None, warnings: list[str]) -> list[Mesh]:
+    """Read a file through trimesh.
+
+    Parameters
+    ----------
+    data : bytes
+    format_ : str
+    path : Path or None
+        Formats other than STL are read from here, if given, since they may name other files.
+    warnings : list of str
+        Receives a message about each kind of data that is ignored.
+
+    Returns
+    -------
+    list of Mesh
+        One for an STL file, whose solids are parts; else one for each geometry of the scene.
 
     Raises
     ------
     InputError
+        If the file is damaged, or has no faces.
     """
     import trimesh
 
     if format_ == "stl":
-        data = whole_stl(data, warnings)
+        data = check_stl(data, warnings)
     source: Any = io.BytesIO(data) if path is None or format_ == "stl" else str(path)
     try:
         # process=False keeps rows as they are stored; True would merge and drop some.
@@ -45,10 +58,10 @@ def read_loaded(data: bytes, format_: str, path: Path | None, warnings: list[str
     if not found:
         raise InputError("no faces: the file is empty of surfaces, or damaged")
     if format_ == "stl":
-        return [_mesh("", found, warnings)]
+        return [_build_mesh("", found, warnings)]
     meshes = []
     for name, geometry in found.items():
-        mesh = _mesh(name, {name: geometry}, warnings)
+        mesh = _build_mesh(name, {name: geometry}, warnings)
         places = [scene.graph.get(node) for node in scene.graph.nodes_geometry]
         own = [np.array(matrix, np.float64) for matrix, geometry_name in places if geometry_name == name]
         if own:
@@ -57,22 +70,17 @@ def read_loaded(data: bytes, format_: str, path: Path | None, warnings: list[str
     return meshes
 
 
-def _mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> Mesh:
-    """One mesh of several geometries."""
+def _build_mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> Mesh:
+    """Build one mesh of several geometries, a part each."""
     every = list(geometries.values())
     points = np.concatenate([np.asarray(one.vertices, np.float64) for one in every])
     starts = np.cumsum([0, *(len(one.vertices) for one in every)])
-    faces = [np.asarray(one.faces, np.int64) + start for one, start in zip(every, starts, strict=False)]
-    corners = np.concatenate(faces)
+    faces = np.concatenate([np.asarray(one.faces, np.int64) + start for one, start in zip(every, starts, strict=False)])
     part = np.repeat(np.arange(len(every)), [len(one.faces) for one in every])
-    parts = [Part(key, source=_material(one)) for key, one in geometries.items()]
-    polygons = Polygons(
-        np.arange(0, corners.size + 1, 3, dtype=np.int32),
-        corners.reshape(-1).astype(np.int32),
-        part.astype(np.int32),
-    )
-    mesh, polygon = polygon_mesh(name, points, polygons, parts, warnings)
-    columns = _joined(every)
+    parts = [Part(key, material=_read_material(one)) for key, one in geometries.items()]
+    polygons = Polygons(np.full(len(faces), 3), cast_indices(faces.reshape(-1)), cast_indices(part))
+    mesh, polygon = build_mesh(name, points, polygons, parts, warnings)
+    columns = _join_columns(every)
     for key in columns:
         if key.startswith(FACE):
             columns[key] = columns[key][polygon]
@@ -83,23 +91,24 @@ def _mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> Mesh:
     return mesh
 
 
-def _joined(geometries: list[Any]) -> dict[str, Any]:
-    """What geometries carry, end to end; NaN, or 0 where numbers are whole, for one that has it not."""
+def _join_columns(geometries: list[Any]) -> dict[str, Any]:
+    """Join the arrays of geometries end to end: NaN, or 0 for whole numbers, where one has none."""
     each = [collect_columns(one) for one in geometries]
     joined = {}
     for key, first in {key: values for own in each for key, values in own.items()}.items():
         blank = np.nan if first.dtype.kind == "f" else 0
         counts = [len(one.faces if key.startswith(FACE) else one.vertices) for one in geometries]
-        pieces = [
-            own.get(key, np.full((count, first.shape[1]), blank, first.dtype))
-            for own, count in zip(each, counts, strict=True)
-        ]
-        joined[key] = np.concatenate(pieces)
+        joined[key] = np.concatenate(
+            [
+                own.get(key, np.full((count, first.shape[1]), blank, first.dtype))
+                for own, count in zip(each, counts, strict=True)
+            ]
+        )
     return joined
 
 
-def _material(geometry: Any) -> Material | None:
-    """Name, colour and texture of a trimesh geometry's material."""
+def _read_material(geometry: Any) -> Material | None:
+    """Read name, color and texture of a trimesh geometry's material."""
     material = getattr(geometry.visual, "material", None)
     if material is None:
         return None

@@ -1,0 +1,69 @@
+"""Parse numbers from text files, many at a time."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+
+_NUMPY_WARNING = "string or file could not be read"
+
+
+def parse_numbers(text: bytes, kind: Any = np.float64) -> NDArray[Any]:
+    """Parse a text that contains only numbers and white space.
+
+    Raises
+    ------
+    InputError
+        If a word is no number.
+    """
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=_NUMPY_WARNING)
+        try:
+            return np.fromstring(text, dtype=kind, sep=" ")
+        except (DeprecationWarning, ValueError):
+            raise InputError(f"{_describe_bad_word(text, kind)}: the file is damaged") from None
+
+
+def parse_rows(lines: Sequence[bytes]) -> NDArray[np.float64]:
+    """Parse lines of numbers into a row each, with NaN where a line is shorter than others.
+
+    Raises
+    ------
+    InputError
+        If a word is no number.
+    """
+    if not lines:
+        return np.empty((0, 0))
+    width = len(lines[0].split())
+    # A newline is white space to the parser; infinity after each line shows that all are equally long.
+    flat = parse_numbers(b" inf ".join(lines) + b" inf")
+    if len(flat) == (width + 1) * len(lines):
+        rows = flat.reshape(len(lines), width + 1)
+        if np.isposinf(rows[:, width]).all():
+            return rows[:, :width]
+    return parse_ragged_rows(lines)[0]
+
+
+def parse_ragged_rows(lines: Sequence[bytes]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Parse lines like `parse_rows`; also return how many numbers each line has."""
+    sizes = np.array([len(line.split()) for line in lines], np.int64)
+    rows = np.full((len(lines), int(sizes.max(initial=0))), np.nan)
+    rows[np.arange(rows.shape[1]) < sizes[:, None]] = parse_numbers(b" ".join(lines))
+    return rows, sizes
+
+
+def _describe_bad_word(text: bytes, kind: Any) -> str:
+    """Name the first word that is no number."""
+    parse, noun = (float, "number") if kind is np.float64 else (int, "whole number")
+    for word in text.split():
+        try:
+            parse(word)
+        except ValueError:
+            return f"'{word[:40].decode(errors='replace')}' is not a {noun}"
+    return f"not every number of {len(text):,} bytes of text can be read"
