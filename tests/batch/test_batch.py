@@ -38,7 +38,7 @@ from bldsimp.io import read
 LEAST_MEMORY = ("-j", "2", "--memory", "260M")
 
 
-def errors(result: subprocess.CompletedProcess[bytes]) -> str:
+def last_error(result: subprocess.CompletedProcess[bytes]) -> str:
     return result.stderr.decode(errors="surrogateescape").splitlines()[-1]
 
 
@@ -90,7 +90,7 @@ class TestInputs:
             pytest.skip("this file system takes them for one")
         assert run(models, light).returncode == 0
         assert sorted(results(light)) == ["A.obj", "a.obj"]
-        assert b"2 done before" in run(models, light, "--resume").stderr
+        assert b"2 already done" in run(models, light, "--resume").stderr
 
     def test_a_glob_and_a_name_template(self, models: Path, light: Path) -> None:
         assert run(models / "**" / "*_00[0-4].obj", light, "--name", "{stem}_light.{ext}").returncode == 0
@@ -136,7 +136,7 @@ class TestInputs:
         before = results(tmp_path)
         result = run(*words, cwd=tmp_path)
         assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
-        assert told in errors(result)
+        assert told in last_error(result)
         assert results(tmp_path) == before
 
     def test_what_is_there_is_kept(self, models: Path, light: Path) -> None:
@@ -192,7 +192,7 @@ class TestPoison:
         for name in (b"two\nlines.obj", b"latin\xe9%.obj"):
             assert os.path.getsize(os.fsencode(light) + b"/" + name) > 0
         resumed = run(models, light, *LEAST_MEMORY, "--resume")
-        assert b"15 done before" in resumed.stderr
+        assert b"15 already done" in resumed.stderr
 
     def test_a_sparse_file_that_would_fit_is_not_read(self, tmp_path: Path, light: Path) -> None:
         with open(tmp_path / "sparse.stl", "wb") as stream:
@@ -249,8 +249,8 @@ class TestPoison:
         try:
             result = run(models, light)
             assert result.returncode == 1
-            assert "No space left on device" in errors(result)
-            assert "--resume" in errors(result)
+            assert "No space left on device" in last_error(result)
+            assert "--resume" in last_error(result)
             for name in done(light / "manifest.jsonl"):
                 assert len(read(light / name, Path(name).suffix[1:]).meshes[0].faces) == 12
             assert not [name for name in results(light) if name.endswith(".tmp")]
@@ -274,12 +274,12 @@ class TestResume:
         before = rows(light / "manifest.jsonl")
         result = run(models, light, "--resume")
         assert result.returncode == 0
-        assert b"4 done, 9 done before" in result.stderr
+        assert b"4 done, 9 already done" in result.stderr
         again = rows(light / "manifest.jsonl")[len(before) :]
         assert sorted(row["input"] for row in again) == [
             "bad.obj", str(changed.relative_to(models)), "district 0/building_003.ply", "district 2/building_002.obj",
         ]  # fmt: skip
-        assert b"0 done, 13 done before" in run(models, light, "--resume").stderr
+        assert b"0 done, 13 already done" in run(models, light, "--resume").stderr
 
     def test_a_buffer_beside_counts_as_the_input(self, tmp_path: Path, light: Path) -> None:
         models = tmp_path / "models"
@@ -290,7 +290,7 @@ class TestResume:
         buffer = write(models / "box data.bin", bytes(document.data))
         assert run(models, light, "--to", "glb").returncode == 0
         buffer.touch()
-        assert b"1 done before" in run(models, light, "--to", "glb", "--resume").stderr
+        assert b"1 already done" in run(models, light, "--to", "glb", "--resume").stderr
         before = buffer.stat()
         write(buffer, bytes(document.data).replace(b"\0\0\x00@", b"\0\0\x80@"))
         assert buffer.stat().st_size == before.st_size
@@ -313,11 +313,11 @@ class TestResume:
             write(texture, painted.WALL)
         words = (models, light, "--to", "glb")
         assert run(*words).returncode == 0
-        assert b"1 done before" in run(*words, "--resume").stderr
+        assert b"1 already done" in run(*words, "--resume").stderr
         for texture in textures:
             write(texture, painted.ROOF)
             assert b"1 done\n" in run(*words, "--resume").stderr
-        assert b"1 done before" in run(*words, "--resume").stderr
+        assert b"1 already done" in run(*words, "--resume").stderr
 
     def test_a_changed_texture_that_results_have_copies_of_is_replaced_if_told(
         self, tmp_path: Path, light: Path
@@ -334,16 +334,16 @@ class TestResume:
 
     def test_other_options_do_all_again(self, models: Path, light: Path) -> None:
         run(models, light)
-        assert b"12 done before" in run(models, light, "--resume", "--tolerance", "auto").stderr
-        assert b"before" not in run(models, light, "--resume", "--tolerance", "1%").stderr
-        assert b"12 done before" in run(models, light, "--resume", "--tolerance", "1%").stderr
+        assert b"12 already done" in run(models, light, "--resume", "--tolerance", "auto").stderr
+        assert b"already" not in run(models, light, "--resume", "--tolerance", "1%").stderr
+        assert b"12 already done" in run(models, light, "--resume", "--tolerance", "1%").stderr
 
     def test_another_format_of_the_same_name_does_all_again(self, models: Path, light: Path) -> None:
         words = (models, light, "--name", "{stem}.mesh", "--to")
         run(*words, "ply")
-        assert b"before" not in run(*words, "obj", "--resume").stderr
+        assert b"already" not in run(*words, "obj", "--resume").stderr
         assert all(read(light / name, "obj").meshes for name in results(light))
-        assert b"12 done before" in run(*words, "obj", "--resume").stderr
+        assert b"12 already done" in run(*words, "obj", "--resume").stderr
 
     def test_verify_finds_what_size_and_time_hide(self, models: Path, light: Path) -> None:
         run(models, light)
@@ -353,15 +353,15 @@ class TestResume:
         os.utime(source, ns=(times.st_atime_ns, times.st_mtime_ns))
         whole = target.read_bytes()
         write(target, whole[:-1] + bytes([whole[-1] ^ 1]))
-        assert b"12 done before" in run(models, light, "--resume").stderr
-        assert b"2 done, 10 done before" in run(models, light, "--resume", "--verify").stderr
+        assert b"12 already done" in run(models, light, "--resume").stderr
+        assert b"2 done, 10 already done" in run(models, light, "--resume", "--verify").stderr
         assert target.read_bytes() == whole
 
     def test_a_torn_last_line_is_cut(self, models: Path, light: Path) -> None:
         run(models, light)
         manifest = light / "manifest.jsonl"
         manifest.write_bytes(manifest.read_bytes()[:-30])
-        assert b"1 done, 11 done before" in run(models, light, "--resume").stderr
+        assert b"1 done, 11 already done" in run(models, light, "--resume").stderr
         assert sorted(done(manifest)) == sorted(results(light))
 
     def test_a_second_run_keeps_out(self, models: Path, light: Path, tmp_path: Path) -> None:
@@ -372,7 +372,7 @@ class TestResume:
             assert first.poll() is None
             first.kill()
         assert second.returncode == 2
-        assert "another run writes it" in errors(second)
+        assert "another run writes it" in last_error(second)
 
 
 class TestStops:
@@ -406,7 +406,7 @@ class TestStops:
             process.send_signal(signal.SIGINT)
             stderr = process.communicate()[1]
         assert process.returncode == 130
-        assert b"finishing what is running" in stderr
+        assert b"finishing the files that are running" in stderr
         names = done(light / "manifest.jsonl")
         assert 2 <= len(names) < 12
         assert sorted(names) == sorted(results(light))
@@ -419,7 +419,7 @@ class TestStops:
             wait_for_rows(light / "manifest.jsonl", 2, process)
             process.send_signal(signal.SIGINT)
             assert process.stderr is not None
-            assert any(b"again stops now" in line for line in process.stderr)
+            assert any(b"again to stop now" in line for line in process.stderr)
             process.send_signal(signal.SIGINT)
             process.communicate()
         assert process.returncode == 130
@@ -448,4 +448,4 @@ class TestSummary:
     def test_a_manifest_that_is_not_there(self, light: Path) -> None:
         result = run("--summary", light / "manifest.jsonl")
         assert result.returncode == 1
-        assert "No such file" in errors(result)
+        assert "No such file" in last_error(result)

@@ -17,7 +17,7 @@ from shapes import write
 distributed = pytest.importorskip("distributed", reason="Dask is not installed: bldsimp[dask]")
 
 SMALL_GROUPS = """
-import bldsimp.batch.dask_pool as pool
+import bldsimp.batch.dask as pool
 pool.GROUP_FILES = 5
 pool.CONNECT_SECONDS = 2
 """

@@ -93,7 +93,7 @@ def misbehaving(folder: Path, more: str = "", **variables: str) -> dict[str, str
 DIES = """
 import os, sys
 from pathlib import Path
-from bldsimp.io.target import replace_files
+from bldsimp.io.atomic import replace_files
 
 os.replace = lambda *_: os._exit(9)
 replace_files({Path(sys.argv[1], "result.obj"): b"half"})
@@ -153,7 +153,7 @@ def results(folder: Path) -> dict[str, bytes]:
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in folder.rglob("*")
-        if path.is_file() and path.name != "manifest.jsonl"
+        if path.is_file() and path.name not in ("manifest.jsonl", ".manifest.jsonl.lock")
     }
 
 
