@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..errors import InputError, UsageError
-from ..options import Options
 from .row import FileRow, make_failure, make_retry
 from .task import Task, WorkOrder, split_into_groups
 from .worker import Worker
@@ -49,10 +48,8 @@ class DaskPool:
     ----------
     scheduler : str
         Address, such as ``tcp://head:8786``.
-    options, overwrite
-        See `WorkOrder`.
-    memory : int or None
-        Bytes for each file.
+    order : WorkOrder
+        Without tasks; its memory is the limit for each file.
     timeout : float or None
         Seconds for each file.
 
@@ -64,15 +61,13 @@ class DaskPool:
         Where the scheduler does not answer.
     """
 
-    def __init__(
-        self, scheduler: str, options: Options, *, overwrite: bool, memory: int | None, timeout: float | None
-    ) -> None:
+    def __init__(self, scheduler: str, order: WorkOrder, timeout: float | None) -> None:
         try:
             import distributed
         except ImportError:
             raise UsageError("--scheduler needs Dask: install bldsimp[dask]") from None
         self.scheduler = scheduler
-        self._order = WorkOrder([], options, overwrite, memory)
+        self._order = order
         self._timeout = timeout
         self._stopping = False
         self._groups: dict[Any, list[Task]] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -9,7 +10,6 @@ from dataclasses import dataclass
 from queue import SimpleQueue
 
 from ..display import format_bytes
-from ..options import Options
 from .memory import divide_memory, estimate_least_memory, estimate_memory
 from .row import FileRow, make_failure, make_retry
 from .task import Task, WorkOrder, split_into_groups
@@ -38,15 +38,14 @@ class Pool:
 
     Parameters
     ----------
-    options : Options
-    overwrite : bool
-        See `WorkOrder`.
+    order : WorkOrder
+        Without tasks and memory.
+    timeout : float or None
+        Seconds for each file.
     jobs : int
         How many processes.
     memory : int
         Bytes that all of them may use together.
-    timeout : float or None
-        Seconds for each file.
 
     Raises
     ------
@@ -54,11 +53,10 @@ class Pool:
         Where the memory is too little for the jobs.
     """
 
-    def __init__(self, options: Options, *, overwrite: bool, jobs: int, memory: int, timeout: float | None) -> None:
-        self.options = options
-        self.overwrite = overwrite
+    def __init__(self, order: WorkOrder, timeout: float | None, *, jobs: int, memory: int) -> None:
+        self._order = order
+        self._timeout = timeout
         self.jobs = jobs
-        self.timeout = timeout
         self.memory, self.share = divide_memory(memory, jobs)
         self._ended: SimpleQueue[FileRow | BaseException | None] = SimpleQueue()
         self._stopping = False
@@ -118,8 +116,8 @@ class Pool:
         self._workers.append(worker)
         try:
             while (group := self._queue.take()) is not None:
-                order = WorkOrder(group.tasks, self.options, self.overwrite, group.memory)
-                for task, row in worker.run(order, self.timeout, self._is_stopping):
+                order = dataclasses.replace(self._order, tasks=group.tasks, memory=group.memory)
+                for task, row in worker.run(order, self._timeout, self._is_stopping):
                     self._pass_on(task, row)
                 self._queue.release(group)
         except BaseException as error:

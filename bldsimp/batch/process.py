@@ -18,7 +18,7 @@ from typing import Any
 from .. import __version__, _core
 from ..errors import InputError, InternalError, OutputError, UsageError
 from ..job import simplify_file
-from .row import DONE, FileRow, make_failure
+from .row import DONE, FileRow, make_failure, make_row
 from .storage import hash_stream, open_storage
 from .task import Task, WorkOrder
 
@@ -88,25 +88,21 @@ def _simplify(task: Task, order: WorkOrder) -> FileRow:
         with open(source, "rb") as stream:
             _check_head(stream.read(HEAD_BYTES))
             stream.seek(0)
-            input_digest = hash_stream(stream)
+            input_sha256 = hash_stream(stream)
         result = simplify_file(source, task.from_, target, task.to, order.options, overwrite=order.overwrite)
         beside = [_describe_file(source.parent, name) for name in result.scene.beside]
         with open(target, "rb") as stream:
-            output_digest, output_bytes = hash_stream(stream), os.fstat(stream.fileno()).st_size
-    report = result.report
-    before, after = report.before, report.after
-    return FileRow(
-        task.name,
-        task.output,
+            output_sha256, output_bytes = hash_stream(stream), os.fstat(stream.fileno()).st_size
+    report, before, after = result.report, result.report.before, result.report.after
+    return make_row(
+        task,
         DONE,
-        format_before=task.from_,
-        format_after=task.to,
         input_bytes=found.size,
         input_mtime_ns=found.mtime,
-        input_sha256=input_digest,
+        input_sha256=input_sha256,
         beside=beside,
         output_bytes=output_bytes,
-        output_sha256=output_digest,
+        output_sha256=output_sha256,
         points_before=before.points,
         points_after=after.points,
         triangles_before=before.triangles,
@@ -114,7 +110,6 @@ def _simplify(task: Task, order: WorkOrder) -> FileRow:
         tolerance=report.tolerance,
         deviation=report.deviation,
         texels=report.texels,
-        attempts=2 if task.again else 1,
         warnings=[*(f"unchanged {part.name}: {part.reason}" for part in report.unchanged_parts), *report.warnings],
     )
 

@@ -99,20 +99,17 @@ class FileRow:
         return row
 
 
+def make_row(task: Task, status: str, **values: Any) -> FileRow:
+    """Make the row of a task that has ended."""
+    attempts = 2 if task.again else 1
+    return FileRow(
+        task.name, task.output, status, format_before=task.from_, format_after=task.to, attempts=attempts, **values
+    )
+
+
 def make_failure(task: Task, kind: str, error: str) -> FileRow:
     """Make the row of a file that failed."""
-    return FileRow(
-        task.name,
-        task.output,
-        FAILED,
-        kind,
-        error,
-        task.from_,
-        task.to,
-        input_bytes=task.size,
-        input_mtime_ns=task.mtime,
-        attempts=2 if task.again else 1,
-    )
+    return make_row(task, FAILED, kind=kind, error=error, input_bytes=task.size, input_mtime_ns=task.mtime)
 
 
 def make_retry(task: Task, row: FileRow) -> Task | None:

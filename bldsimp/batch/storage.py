@@ -140,10 +140,8 @@ class LocalStorage:
         """Return a function that gives the size of a file below a root by its name; None where there is none."""
 
         def find_size(name: str) -> int | None:
-            try:
-                return os.stat(os.path.join(root, name)).st_size
-            except OSError:
-                return None
+            entry = self.look_up(os.path.join(root, name), name)
+            return None if entry.refusal else entry.size
 
         return find_size
 

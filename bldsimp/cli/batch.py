@@ -12,7 +12,7 @@ import click
 
 from ..errors import InputError, UsageError
 from ..options import BATCH_NAME, BATCH_TIMEOUT, Options
-from .options import add_options, make_options, parse_with
+from .options import FILE, FROM, add_options, make_options, parse_with
 from .paths import check_format, check_open, normalize_format, read_standard_input
 from .signals import GracefulInterrupt, raise_on_signals
 
@@ -73,19 +73,8 @@ def _parse_timeout(text: str) -> float:
 @click.argument("sources", metavar="IN...", nargs=-1, type=click.Path(readable=False))
 @click.argument("target", metavar="OUT", required=False, type=click.Path(file_okay=False, readable=False))
 @add_options
-@click.option(
-    "--to",
-    callback=parse_with(normalize_format),
-    metavar="FORMAT",
-    help="Format of the results.  [default: that of each input]",
-)
-@click.option(
-    "--from",
-    "from_",
-    callback=parse_with(check_format),
-    metavar="FORMAT",
-    help="Format of the inputs, where their suffix does not tell.",
-)
+@FROM
+@click.option("--to", metavar="FORMAT", help="Format of the results.  [default: that of each input]")
 @click.option(
     "--name",
     default=BATCH_NAME,
@@ -109,22 +98,12 @@ def _parse_timeout(text: str) -> float:
     metavar="SECONDS",
     help=f"Time limit for each file.  [default: {BATCH_TIMEOUT:g}]",
 )
-@click.option(
-    "--manifest",
-    type=click.Path(dir_okay=False, readable=False),
-    metavar="FILE",
-    help="Where to record each file.  [default: OUT/" + MANIFEST + "]",
-)
+@click.option("--manifest", type=FILE, metavar="FILE", help=f"Where to record each file.  [default: OUT/{MANIFEST}]")
 @click.option("--resume", is_flag=True, help="Skip files that the manifest records as done and that have not changed.")
 @click.option("--verify", is_flag=True, help="With --resume: compare the hashes of all files.")
 @click.option("--overwrite", is_flag=True, help="Replace files that exist; without --resume also the manifest.")
 @click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster; needs bldsimp[dask].")
-@click.option(
-    "--summary",
-    type=click.Path(dir_okay=False, readable=False),
-    metavar="MANIFEST",
-    help="Only print the totals of a manifest.",
-)
+@click.option("--summary", type=FILE, metavar="MANIFEST", help="Only print the totals of a manifest.")
 @click.option("-q", "--quiet", is_flag=True, help="Print no progress and no summary.")
 def batch(
     *,
@@ -160,7 +139,7 @@ def batch(
     from ..batch.inputs import OutputLayout
     from ..batch.storage import make_absolute
 
-    layout = OutputLayout(make_absolute(target), name, to, from_)
+    layout = OutputLayout(make_absolute(target), name, to and normalize_format(to), from_ and check_format(from_))
     _run(sources, layout, manifest, make_options(**values), settings)
 
 
@@ -226,22 +205,19 @@ def _skip_done(plan: Plan, log: Manifest, root: str, options: Options, settings:
 
 def _make_pool(options: Options, settings: RunSettings) -> Pool | DaskPool:
     """Make the pool that runs the tasks."""
+    from ..batch.task import WorkOrder
+
     if settings.scheduler is not None:
         from ..batch.dask import DaskPool
 
-        return DaskPool(
-            settings.scheduler,
-            options,
-            overwrite=settings.overwrite,
-            memory=settings.memory,
-            timeout=settings.timeout,
-        )
+        order = WorkOrder([], options, settings.overwrite, settings.memory)
+        return DaskPool(settings.scheduler, order, settings.timeout)
     from ..batch.memory import choose_jobs, measure_free_memory
     from ..batch.pool import Pool
 
     memory = settings.memory or measure_free_memory()
     jobs = settings.jobs or choose_jobs(memory, _count_cores())
-    return Pool(options, overwrite=settings.overwrite, jobs=jobs, memory=memory, timeout=settings.timeout)
+    return Pool(WorkOrder([], options, settings.overwrite), settings.timeout, jobs=jobs, memory=memory)
 
 
 def _summarize(manifest: str) -> None:

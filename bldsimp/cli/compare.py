@@ -10,9 +10,8 @@ import click
 
 from ..errors import InputError, UsageError
 from ..options import COMPARED_TOLERANCES, parse_tolerance
-from .options import FILE, parse_with
+from .options import FILE, FROM, parse_with
 from .paths import Endpoint, check_open, check_output, find_input
-from .progress import show_steps
 from .signals import raise_on_signals
 
 if TYPE_CHECKING:
@@ -62,7 +61,7 @@ def _parse_tolerances(text: str) -> list[str]:
 @click.option(
     "--peers", is_flag=True, help="Also run manifold3d, meshoptimizer, open3d, pymeshlab and pyfqmr, if installed."
 )
-@click.option("--from", "from_", metavar="FORMAT", help="Format of the files, where their suffix does not tell.")
+@FROM
 @click.option("--overwrite", is_flag=True, help="Replace files that exist.")
 @click.option("-q", "--quiet", is_flag=True, help="Print no table and no progress bar.")
 def compare(
@@ -77,10 +76,11 @@ def compare(
 ) -> None:
     """Compare methods on the same models.
 
-    For each FILE and tolerance there is a row for each method: points, triangles, deviation, borders and time. "original" is the input. "standard" cuts the outlines
-    of "improved" until every piece is a Delaunay edge by itself. "improved" is what `simplify` does.
-    "fast-simplification" runs plain, with preserve_border and with lossless, once at the deviation that was measured
-    for "improved" (by a search for its target), and once with as many points as "improved" has.
+    For each FILE and tolerance there is a row for each method: points, triangles, deviation, borders and time.
+    "original" is the input. "standard" cuts the outlines of "improved" until every piece is a Delaunay edge by itself.
+    "improved" is what `simplify` does. "fast-simplification" runs plain, with preserve_border and with lossless, once
+    at the deviation that was measured for "improved" (by a search for its target), and once with as many points as
+    "improved" has.
 
     Only geometry is compared, not textures, colors and normals. Deviations are measured both ways, from all points
     and 20,000 samples of each surface; the bound is certified. A border is made where an open edge lies on none of
@@ -177,6 +177,7 @@ def _compare_files(files: dict[str, Endpoint], tolerances: list[str], peers: boo
     """Compare one file after the other."""
     from ..compare.comparison import compare_file, method_names
     from ..compare.peers import installed_peers
+    from .progress import show_steps
 
     asked = installed_peers() if peers else []
     steps = len(tolerances) * len(method_names(asked))

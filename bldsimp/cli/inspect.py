@@ -7,13 +7,13 @@ import sys
 
 import click
 
-from .options import FILE
+from .options import FILE, FROM
 from .paths import check_open, find_input
 
 
 @click.command()
 @click.argument("source", metavar="IN", type=FILE)
-@click.option("--from", "from_", metavar="FORMAT", help="Format of IN, where its suffix does not tell.")
+@FROM
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def inspect(source: str, from_: str | None, as_json: bool) -> None:
     """Show what a file contains.

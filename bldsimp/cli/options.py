@@ -37,6 +37,9 @@ def parse_with(parse: Callable[[str], Any]) -> Callable[[click.Context, click.Pa
 
 _parse_length = parse_with(parse_length)
 
+FROM = click.option("--from", "from_", metavar="FORMAT", help="Format of the input, where its suffix does not tell.")
+TO = click.option("--to", metavar="FORMAT", help="Format of the result, where its suffix does not tell.")
+
 _OPTIONS = [
     click.option(
         "--tolerance",

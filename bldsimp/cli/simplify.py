@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import UsageError
-from .options import FILE, add_options, make_options
+from .options import FILE, FROM, TO, add_options, make_options
 from .paths import Endpoint, check_open, check_output, find_input, find_output
 from .signals import raise_on_signals
 
@@ -38,8 +38,8 @@ Examples:
 @click.option(
     "--baseline", is_flag=True, help="Also report how many points fast-simplification needs for the same deviation."
 )
-@click.option("--from", "from_", metavar="FORMAT", help="Format of IN, where its suffix does not tell.")
-@click.option("--to", metavar="FORMAT", help="Format of OUT, where its suffix does not tell.")
+@FROM
+@TO
 @click.option("--overwrite", is_flag=True, help="Replace OUT if it exists; it may be IN.")
 @click.option("-q", "--quiet", is_flag=True, help="Print no summary.")
 @click.option("-v", "--verbose", is_flag=True, help="Also print details of the input, and timings.")

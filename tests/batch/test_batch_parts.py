@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from batch_runs import buildings
+from batch_runs import write_buildings
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -35,7 +35,7 @@ def task(name: str, size: int = 1, mtime: int = 1) -> Task:
     return Task("/in", name, "/out", f"{name}.glb", "obj", "glb", size, mtime)
 
 
-def make_row(task: Task, output_bytes: int = 1) -> FileRow:
+def make_done_row(task: Task, output_bytes: int = 1) -> FileRow:
     """The row of a task that is done."""
     row = make_failure(task, "input", "")
     row.status, row.kind, row.error, row.output_bytes = DONE, None, None, output_bytes
@@ -85,13 +85,13 @@ class TestInputs:
         assert [os.path.relpath(join_path(each.root, each.entry.name), tmp_path) for each in inputs] == found
 
     def test_an_input_that_is_named_twice_is_one(self, tmp_path: Path) -> None:
-        folder = buildings(tmp_path / "models", 3)
-        layout = OutputLayout(str(tmp_path / "light"), "{stem}.{ext}")
+        folder = write_buildings(tmp_path / "models", 3)
+        layout = OutputLayout(str(tmp_path / "out"), "{stem}.{ext}")
         inputs = find_inputs([str(folder), str(folder / "**" / "*.obj")], layout.root)
         assert len(plan_tasks(inputs, layout).tasks) == 3
 
     def test_an_input_is_not_overwritten_through_a_link(self, tmp_path: Path) -> None:
-        folder = buildings(tmp_path / "models", 3)
+        folder = write_buildings(tmp_path / "models", 3)
         (tmp_path / "link").symlink_to(folder)
         layout = OutputLayout(str(tmp_path / "link"), "{stem}.{ext}")
         with pytest.raises(UsageError, match="would be overwritten"):
@@ -171,7 +171,7 @@ class TestManifest:
 
     def test_a_torn_line_is_cut_and_rows_follow_it(self, tmp_path: Path) -> None:
         path = tmp_path / "manifest.jsonl"
-        first, second, third = (make_row(task(name)).to_line() for name in "abc")
+        first, second, third = (make_done_row(task(name)).to_line() for name in "abc")
         path.write_bytes(first + second[:-9])
         manifest = open_manifest(str(path), resume=True, overwrite=False)
         assert [row.input for row in manifest.rows()] == ["a"]
@@ -183,12 +183,12 @@ class TestManifest:
     @pytest.mark.parametrize("damage", [b"\0" * 40 + b"\n", b"[]\n", b'{"input": 3}\n', b"\xff\n"])
     def test_a_line_that_is_none_costs_no_other(self, damage: bytes, tmp_path: Path) -> None:
         path = tmp_path / "manifest.jsonl"
-        path.write_bytes(make_row(task("a")).to_line() + damage + make_row(task("b")).to_line())
+        path.write_bytes(make_done_row(task("a")).to_line() + damage + make_done_row(task("b")).to_line())
         assert list(self.lines(path)) == ["a", "b"]
 
     def test_fields_of_a_later_version_are_left_out(self, tmp_path: Path) -> None:
         path = tmp_path / "manifest.jsonl"
-        line = make_row(task("a")).to_line().replace(b"}\n", b',"color":"red"}\n')
+        line = make_done_row(task("a")).to_line().replace(b"}\n", b',"color":"red"}\n')
         path.write_bytes(line)
         manifest = open_manifest(str(path), resume=True, overwrite=False)
         assert [row.input for row in manifest.rows()] == ["a"]
@@ -197,7 +197,7 @@ class TestManifest:
 
     def test_one_that_exists_is_kept_unless_said(self, tmp_path: Path) -> None:
         path = tmp_path / "manifest.jsonl"
-        path.write_bytes(make_row(task("a")).to_line())
+        path.write_bytes(make_done_row(task("a")).to_line())
         with pytest.raises(UsageError, match="--resume"):
             open_manifest(str(path), resume=False, overwrite=False)
         assert list(self.lines(path)) == ["a"]
@@ -217,6 +217,22 @@ class TestWorker:
         order = WorkOrder([task("a")], Options(), overwrite=False)
         ((_, row),) = worker.Worker().run(order, None, bool)
         assert (row.kind, row.error) == ("crash", "its process ended with code 1: no more")
+
+    def test_a_file_that_takes_too_long_fails_and_the_next_one_is_done(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(
+            worker,
+            "_PROGRAM",
+            "import sys, time; sys.path[:] = {!r}; from multiprocessing.connection import Connection\n"
+            "here = Connection({}); here.send(True); tasks = here.recv().tasks\n"
+            "if len(tasks) > 1: time.sleep(1000)\n"
+            "from bldsimp.batch.row import make_row; here.send(make_row(tasks[0], 'done')); here.recv()",
+        )
+        order = WorkOrder([task("hangs"), task("good")], Options(), overwrite=False)
+        hangs, good = (row for _, row in worker.Worker().run(order, 1.0, bool))
+        assert (hangs.input, hangs.kind, hangs.error) == (
+            "hangs", "timeout", "took longer than 1 s: give a larger --timeout",
+        )  # fmt: skip
+        assert (good.input, good.failed) == ("good", False)
 
     def test_one_that_neither_answers_nor_ends_is_killed(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(worker, "LEAVE_SECONDS", 0.1)
@@ -250,7 +266,7 @@ class TestRemaining:
 
         monkeypatch.setattr(resume, "open_storage", lambda text: Counted())
         # Ten were touched since, ten are of another size, and ten were never done.
-        rows = [make_row(each) for each in tasks[:990]]
+        rows = [make_done_row(each) for each in tasks[:990]]
         for row in rows[:10]:
             row.input_mtime_ns += 1
         for row in rows[10:20]:
@@ -260,12 +276,12 @@ class TestRemaining:
         assert counted == {"looked": 990, "hashed": 10}
 
     def test_the_last_row_of_a_file_counts(self) -> None:
-        good, bad = make_row(task("a")), make_failure(task("a"), "input", "no model")
+        good, bad = make_done_row(task("a")), make_failure(task("a"), "input", "no model")
         assert resume.collect_done([good, bad], Options()) == {}
         assert list(resume.collect_done([bad, good], Options())) == ["a"]
 
     def test_other_options_or_another_version_count_as_not_done(self) -> None:
-        row = make_row(task("a"))
+        row = make_done_row(task("a"))
         assert resume.collect_done([row], Options(tolerance=parse_tolerance("1%"))) == {}
         row.version = "0.0.1"
         assert resume.collect_done([row], Options()) == {}
@@ -281,33 +297,33 @@ class TestUrls:
         system.store.clear()
 
     def test_inputs_outputs_and_manifest(self, memory, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
-        folder = buildings(tmp_path / "models", 6)
+        folder = write_buildings(tmp_path / "models", 6)
         memory.put(str(folder), "memory://models", recursive=True)
-        layout = OutputLayout("memory://light", "{stem}.{ext}", "glb")
+        layout = OutputLayout("memory://out", "{stem}.{ext}", "glb")
         todo = plan_tasks(find_inputs(["memory://models"], layout.root), layout)
-        manifest = open_manifest("memory://light/manifest.jsonl", resume=True, overwrite=False)
+        manifest = open_manifest("memory://out/manifest.jsonl", resume=True, overwrite=False)
         assert manifest.empty
         for each in todo.tasks:
             row = simplify_task(each, WorkOrder([each], Options(), overwrite=False))
             row.options, row.version = encode_options(Options()), __version__
             manifest.append(row)
         manifest.close()
-        rows = list(read_manifest("memory://light/manifest.jsonl"))
+        rows = list(read_manifest("memory://out/manifest.jsonl"))
         assert {row.input for row in rows} == {str(path.relative_to(folder)) for path in folder.rglob("*.*")}
         for row in rows:
-            assert memory.info(f"memory://light/{row.output}")["size"] == row.output_bytes
+            assert memory.info(f"memory://out/{row.output}")["size"] == row.output_bytes
             assert (row.points_before, row.points_after) == (98, 8)
         done = resume.collect_done(rows, Options())
         assert resume.select_remaining(todo.tasks, done, layout.root, verify=True, jobs=2) == []
-        memory.rm_file(f"memory://light/{rows[0].output}")
+        memory.rm_file(f"memory://out/{rows[0].output}")
         left = resume.select_remaining(todo.tasks, done, layout.root, verify=False, jobs=2)
         assert [each.name for each in left] == [rows[0].input]
 
     def test_a_manifest_is_gone_on_with_in_another_part(self, memory) -> None:  # type: ignore[no-untyped-def]
-        url = "memory://light/manifest.jsonl"
+        url = "memory://out/manifest.jsonl"
         for name in "ab":
             manifest = open_manifest(url, resume=True, overwrite=False)
-            manifest.append(make_row(task(name)))
+            manifest.append(make_done_row(task(name)))
             manifest.close()
         assert [row.input for row in read_manifest(url)] == ["a", "b"]
         with pytest.raises(UsageError, match="--resume"):
@@ -315,9 +331,9 @@ class TestUrls:
         assert open_manifest(url, resume=False, overwrite=True).empty
 
     def test_file_urls_are_paths(self, tmp_path: Path) -> None:
-        folder = buildings(tmp_path / "models", 2)
-        assert main(["batch", f"file://{folder}", f"file://{tmp_path}/light", "-q"]) == 0
-        assert len(list((tmp_path / "light").rglob("building*"))) == 2
+        folder = write_buildings(tmp_path / "models", 2)
+        assert main(["batch", f"file://{folder}", f"file://{tmp_path}/out", "-q"]) == 0
+        assert len(list((tmp_path / "out").rglob("building*"))) == 2
 
     def test_an_unknown_scheme(self, tmp_path: Path) -> None:
         with pytest.raises(UsageError, match=r"bldsimp\[dask\]"):
