@@ -19,6 +19,8 @@ from .task import Task
 _WILDCARD = re.compile(r"[*?\[]")
 _FIELDS = ("stem", "ext", "from")
 
+_resolve_folder = lru_cache(maxsize=1024)(os.path.realpath)
+
 
 class FoundFile(NamedTuple):
     """An input: the path or URL of a folder, and the file below it."""
@@ -203,8 +205,3 @@ def _resolve(path: str) -> str:
         return path.rstrip("/")
     head, tail = os.path.split(path.rstrip("/") or "/")
     return os.path.join(_resolve_folder(head or "."), tail)
-
-
-@lru_cache(maxsize=1024)
-def _resolve_folder(folder: str) -> str:
-    return os.path.realpath(folder)

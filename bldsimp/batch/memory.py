@@ -26,21 +26,6 @@ LEAST_NEED = 2
 LIKELY_NEED = {"glb": 55, "gltf": 55, "ply": 55, "stl": 25, "obj": 30, "off": 25}
 """Bytes of memory for each byte of a file that is flat nowhere, as measured; a flat one takes a third."""
 
-_UNITS = {"": 1, "K": 10**3, "M": 10**6, "G": 10**9, "T": 10**12}
-
-
-def parse_bytes(text: str) -> int:
-    """Read a number of bytes: ``800M``, ``8G``, ``1.5 GB``.
-
-    Raises
-    ------
-    UsageError
-    """
-    found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([KMGT]?)B?\s*", text.upper())
-    if found is None:
-        raise UsageError(f"'{text}' is not an amount of memory: give a number with K, M, G or T, such as 8G")
-    return int(float(found[1]) * _UNITS[found[2]])
-
 
 def estimate_least_memory(task: Task) -> int:
     """Return the bytes without which a file cannot be simplified."""

@@ -13,9 +13,6 @@ from .task import Task
 
 DONE, FAILED = "done", "failed"
 
-KINDS = ("refused", "input", "output", "full", "memory", "timeout", "crash", "internal")
-"""Why a file may fail; docs/batch.md says what each means."""
-
 
 @dataclass
 class FileRow:
@@ -30,7 +27,7 @@ class FileRow:
     status : str
         ``done`` or ``failed``.
     kind : str or None
-        One of `KINDS` where it failed.
+        Why it failed: one word of those in docs/batch.md.
     error : str or None
         One line.
     beside : list of dict

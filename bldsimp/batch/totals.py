@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -30,7 +31,7 @@ class Totals:
         Files that are done with warnings.
     slowest : list of (float, str)
         Seconds and names.
-    errors : dict of str to int
+    errors : Counter of str
         How many files failed, by kind.
     named : dict of str to list of (str, str)
         Names and errors of some of these files, by kind.
@@ -45,7 +46,7 @@ class Totals:
     seconds: float = 0.0
     warned: int = 0
     slowest: list[tuple[float, str]] = field(default_factory=list)
-    errors: dict[str, int] = field(default_factory=dict)
+    errors: Counter[str] = field(default_factory=Counter)
     named: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
 
     def add(self, row: FileRow) -> None:
@@ -54,7 +55,7 @@ class Totals:
         if row.failed:
             self.failed += 1
             kind = row.kind or "internal"
-            self.errors[kind] = self.errors.get(kind, 0) + 1
+            self.errors[kind] += 1
             names = self.named.setdefault(kind, [])
             if len(names) < MOST_NAMED:
                 names.append((escape_name(row.input), row.error or ""))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..display import parse_bytes, sanitize_line
 from ..errors import InputError, UsageError
 from ..options import BATCH_NAME, BATCH_TIMEOUT, Options
 from .options import FILE, FROM, add_options, make_options, parse_with
@@ -53,12 +54,6 @@ class RunSettings:
     quiet: bool
 
 
-def _parse_memory(text: str) -> int:
-    from ..batch.memory import parse_bytes
-
-    return parse_bytes(text)
-
-
 def _parse_timeout(text: str) -> float:
     """Parse seconds; nan fails, too."""
     try:
@@ -79,14 +74,14 @@ def _parse_timeout(text: str) -> float:
     "--name",
     default=BATCH_NAME,
     metavar="TEMPLATE",
-    help="Name of each result: {stem} and {from} of the input, {ext} of the result.  [default: " + BATCH_NAME + "]",
+    help="Name of each result: {stem} and {from} of the input, {ext} of the result.",
 )
 @click.option(
     "-j", "--jobs", type=click.IntRange(1), metavar="N", help="Number of processes.  [default: one for each core]"
 )
 @click.option(
     "--memory",
-    callback=parse_with(_parse_memory),
+    callback=parse_with(parse_bytes),
     metavar="BYTES",
     help="Memory limit of all processes together, such as 8G; files that do not fit at the same time wait. With"
     " --scheduler: limit for each file.  [default: 80 % of the free memory; with --scheduler: no limit]",
@@ -96,7 +91,7 @@ def _parse_timeout(text: str) -> float:
     callback=parse_with(_parse_timeout),
     default=f"{BATCH_TIMEOUT:g}",
     metavar="SECONDS",
-    help=f"Time limit for each file.  [default: {BATCH_TIMEOUT:g}]",
+    help="Time limit for each file.",
 )
 @click.option("--manifest", type=FILE, metavar="FILE", help=f"Where to record each file.  [default: OUT/{MANIFEST}]")
 @click.option("--resume", is_flag=True, help="Skip files that the manifest records as done and that have not changed.")
@@ -152,7 +147,6 @@ def _run(
     from ..batch.run import run_batch
     from ..batch.storage import join_path
     from ..batch.totals import Totals
-    from ..display import sanitize_line
     from .progress import BatchProgress
     from .summary import describe_totals
 

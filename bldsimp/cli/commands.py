@@ -11,7 +11,10 @@ from .inspect import inspect
 from .simplify import simplify
 
 
-@click.group(commands=[simplify, inspect, batch, compare], context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    commands=[simplify, inspect, batch, compare],
+    context_settings={"help_option_names": ["-h", "--help"], "show_default": True},
+)
 @click.version_option(__version__, prog_name="bldsimp", message="%(prog)s %(version)s")
 def bldsimp() -> None:
     """Simplify 3D building models.

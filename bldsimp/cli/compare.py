@@ -41,7 +41,7 @@ def _parse_tolerances(text: str) -> list[str]:
     callback=parse_with(_parse_tolerances),
     default=COMPARED_TOLERANCES,
     metavar="LIST",
-    help="Tolerances separated by commas, each as in `simplify`.  [default: " + COMPARED_TOLERANCES + "]",
+    help="Tolerances separated by commas, each as in `simplify`.",
 )
 @click.option(
     "--csv", type=FILE, metavar="FILE.csv|-", help="Also write the rows as CSV; '-' prints them, and no table."

@@ -48,14 +48,14 @@ _OPTIONS = [
         metavar="auto|LENGTH|PERCENT%",
         help="How far any point of the surface may move: a length in model units, a percentage of the diagonal of the"
         " model's bounding box, or 'auto', the precision of the file's own coordinates, so that no detail is lost. 0"
-        " removes only what is exactly coplanar or collinear.  [default: auto]",
+        " removes only what is exactly coplanar or collinear.",
     ),
     click.option(
         "--weld",
         callback=_parse_length,
         default="0",
         metavar="LENGTH",
-        help="Merge points closer than this, in model units.  [default: 0, only identical points]",
+        help="Merge points closer than this, in model units; 0 merges identical points only.",
     ),
     click.option(
         "--min-component",
@@ -63,7 +63,7 @@ _OPTIONS = [
         default="0",
         metavar="LENGTH",
         help="Remove components whose bounding box has a smaller diagonal than this, in model units, such as antennas."
-        " The tolerance does not limit this, and the deviation does not include it.  [default: 0, none]",
+        " The tolerance does not limit this, and the deviation does not include it.",
     ),
     click.option("--min-part", callback=_parse_length, hidden=True),
     click.option(
@@ -77,7 +77,7 @@ _OPTIONS = [
         type=click.Choice(NORMALS),
         default="auto",
         help="Vertex normals of the result. 'auto' keeps the input's normals unless they equal the face normals;"
-        " 'smooth' computes new ones.  [default: auto]",
+        " 'smooth' computes new ones.",
     ),
     click.option(
         "--crease-angle",
@@ -85,7 +85,7 @@ _OPTIONS = [
         default=f"{CREASE_DEGREES:g}",
         metavar="DEGREES",
         help="Edges that turn by more than this are hard: facets end where stored normals do, and new normals are not"
-        f" smooth there. Recompute normals that deviate more than this from a face.  [default: {CREASE_DEGREES:g}]",
+        " smooth there. Recompute normals that deviate more than this from a face.",
     ),
     click.option(
         "--delimit",
@@ -94,15 +94,14 @@ _OPTIONS = [
         metavar="WORDS",
         help=f"Attributes that facets may not cross, separated by commas: {', '.join(DELIMITS)}. 'crease' means hard"
         " edges of stored normals, 'feature' means ids and labels. UV, colors and features that you leave out are"
-        " removed; 'none' keeps only the geometry.  [default: all]",
+        " removed; 'none' keeps only the geometry.",
     ),
     click.option(
         "--texture-tolerance",
         callback=_parse_length,
         default=f"{TEXTURE_TOLERANCE:g}",
         metavar="TEXELS",
-        help="How far a texture may move on its wall, in texels of the largest image of its material."
-        f"  [default: {TEXTURE_TOLERANCE:g}]",
+        help="How far a texture may move on its wall, in texels of the largest image of its material.",
     ),
 ]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import socket
@@ -58,7 +59,8 @@ class Cluster:
 
     def kill(self, which: int) -> None:
         """Kill a process, with its children."""
-        os.killpg(self.processes[which].pid, signal.SIGKILL)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.processes[which].pid, signal.SIGKILL)
         self.processes[which].wait()
 
     def stop(self) -> None:

@@ -17,7 +17,7 @@ from bldsimp import Options, UsageError, __version__
 from bldsimp.batch import resume, worker
 from bldsimp.batch.inputs import OutputLayout, find_inputs, parse_names, plan_tasks
 from bldsimp.batch.manifest import open_manifest, read_manifest
-from bldsimp.batch.memory import choose_jobs, divide_memory, parse_bytes
+from bldsimp.batch.memory import choose_jobs, divide_memory
 from bldsimp.batch.pool import Group, GroupQueue
 from bldsimp.batch.process import simplify_task
 from bldsimp.batch.row import DONE, FileRow, escape_name, make_failure, unescape_name
@@ -26,6 +26,7 @@ from bldsimp.batch.task import Task, WorkOrder, encode_options, split_into_group
 from bldsimp.cli import main
 from bldsimp.cli.batch import batch
 from bldsimp.cli.simplify import simplify
+from bldsimp.display import parse_bytes
 from bldsimp.options import parse_tolerance
 
 names = st.binary(min_size=1, max_size=20).map(os.fsdecode)
