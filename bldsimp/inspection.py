@@ -184,6 +184,3 @@ def _count_facets(mesh: Mesh, tolerance: float) -> int:
     """Count facets at a tolerance in world space."""
     local = tolerance / (scale(mesh) or 1.0)
     return len(simplify_mesh(mesh, local).planes)
-
-
-surface_of = count_defects

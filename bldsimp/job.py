@@ -6,6 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
@@ -37,10 +38,6 @@ class FileResult:
     seconds: dict[str, float]
 
 
-def _run_unwatched(work: Work, points: int) -> tuple[list[SimplifiedMesh], Report]:
-    return work(None)
-
-
 def simplify_file(
     source: Path | bytes,
     from_: str,
@@ -49,7 +46,7 @@ def simplify_file(
     options: Options,
     *,
     overwrite: bool = True,
-    watch: Callable[[Work, int], tuple[list[SimplifiedMesh], Report]] = _run_unwatched,
+    watch: Callable[[Work, int], tuple[list[SimplifiedMesh], Report]] | None = None,
 ) -> FileResult:
     """Read a file, simplify it, and write the result.
 
@@ -65,7 +62,7 @@ def simplify_file(
     options : Options
     overwrite : bool
         Whether files next to the target that differ may be replaced.
-    watch : callable
+    watch : callable, optional
         Runs the work that it gets, which takes a `Progress` or None. Its second argument is the number of points.
 
     Returns
@@ -84,8 +81,8 @@ def simplify_file(
     if to not in ("glb", "gltf"):
         _remove_hidden_meshes(scene)
     after_read = time.perf_counter()
-    points = sum(len(mesh.used_points) for mesh in scene.meshes)
-    results, report = watch(lambda progress: _simplify(scene, options, progress), points)
+    work = partial(_simplify, scene, options)
+    results, report = watch(work, sum(len(mesh.used_points) for mesh in scene.meshes)) if watch else work(None)
     after_simplify = time.perf_counter()
     written = write(scene, results, target, to, options, overwrite=overwrite)
     report.rounding = written.rounding

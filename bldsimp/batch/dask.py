@@ -110,9 +110,15 @@ class DaskPool:
         self._groups[future.key] = group
         self._ended.add(future)
 
+    def _make_error(self) -> InputError:
+        return InputError(f"{self.scheduler}: the scheduler is gone: start another one, then use --resume")
+
     def _count_places(self) -> int:
         """Count the groups that the cluster may have at a time."""
-        threads: dict[str, int] = self._client.nthreads()
+        try:
+            threads: dict[str, int] = self._client.nthreads()
+        except OSError:
+            raise self._make_error() from None
         return max(1, AHEAD * sum(threads.values()))
 
     def _collect_rows(self, future: Any, group: list[Task]) -> list[FileRow]:
@@ -120,7 +126,7 @@ class DaskPool:
         from distributed import KilledWorker
 
         if future.status in ("cancelled", "lost"):
-            raise InputError(f"{self.scheduler}: the scheduler is gone: start another one, then use --resume")
+            raise self._make_error()
         error = future.exception() if future.status == "error" else None
         if isinstance(error, KilledWorker):
             return [make_failure(task, "crash", "the processes of Dask that had it died") for task in group]

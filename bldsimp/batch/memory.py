@@ -27,11 +27,6 @@ LIKELY_NEED = {"glb": 55, "gltf": 55, "ply": 55, "stl": 25, "obj": 30, "off": 25
 """Bytes of memory for each byte of a file that is flat nowhere, as measured; a flat one takes a third."""
 
 
-def estimate_least_memory(task: Task) -> int:
-    """Return the bytes without which a file cannot be simplified."""
-    return LEAST_NEED * task.size
-
-
 def estimate_memory(task: Task) -> int:
     """Return the bytes that should be enough for a file."""
     return LIKELY_NEED.get(task.from_, max(LIKELY_NEED.values())) * task.size

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from queue import SimpleQueue
 
 from ..display import format_bytes
-from .memory import divide_memory, estimate_least_memory, estimate_memory
+from .memory import LEAST_NEED, divide_memory, estimate_memory
 from .row import FileRow, make_failure, make_retry
 from .task import Task, WorkOrder, split_into_groups
 from .worker import Worker
@@ -67,7 +67,7 @@ class Pool:
         """Yield the last row of each task, as it ends."""
         possible = []
         for task in tasks:
-            least = estimate_least_memory(task)
+            least = LEAST_NEED * task.size
             if least <= self.memory:
                 possible.append(task)
                 continue

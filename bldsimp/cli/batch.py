@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ from ..display import parse_bytes, sanitize_line
 from ..errors import InputError, UsageError
 from ..options import BATCH_NAME, BATCH_TIMEOUT, Options
 from .options import FILE, FROM, add_options, make_options, parse_with
-from .paths import check_format, check_open, normalize_format, read_standard_input
+from .paths import check_format, check_standard_output, normalize_format, read_standard_input
 from .signals import GracefulInterrupt, raise_on_signals
 
 if TYPE_CHECKING:
@@ -61,7 +60,7 @@ def _parse_timeout(text: str) -> float:
             return float(text)
     except ValueError:
         pass
-    raise UsageError(f"'{text}': give seconds above 0 and at most {MOST_SECONDS:,.0f}")
+    raise UsageError(f"'{text}': give a number above 0 and at most {MOST_SECONDS:,.0f} seconds")
 
 
 @click.command(epilog=_EXAMPLES)
@@ -220,7 +219,7 @@ def _summarize(manifest: str) -> None:
     from ..batch.totals import sum_rows
     from .summary import describe_totals
 
-    check_open(sys.stdout, "standard output")
+    check_standard_output()
     click.echo(describe_totals(sum_rows(read_manifest(manifest))))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,7 +12,7 @@ import click
 from ..errors import InputError, UsageError
 from ..options import COMPARED_TOLERANCES, parse_tolerance
 from .options import FILE, FROM, parse_with
-from .paths import Endpoint, check_open, check_output, find_input
+from .paths import Endpoint, check_output, check_standard_output, find_input
 from .signals import raise_on_signals
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ def compare(
     printed = _find_printed(outputs)
     paths = {name: Path(text) for name, text in outputs.items() if text is not None and name != printed}
     if printed or not quiet:
-        check_open(sys.stdout, "standard output")
+        check_standard_output()
     _check_outputs(paths, endpoints, overwrite)
     comparisons = _compare_files(dict(zip(sources, endpoints, strict=True)), tolerances, peers, quiet)
     from ..compare.table import to_text
@@ -177,15 +178,18 @@ def _compare_files(files: dict[str, Endpoint], tolerances: list[str], peers: boo
     """Compare one file after the other."""
     from ..compare.comparison import compare_file, method_names
     from ..compare.peers import installed_peers
-    from .progress import show_steps
 
     asked = installed_peers() if peers else []
     steps = len(tolerances) * len(method_names(asked))
     comparisons = []
-    with show_steps(len(files) * steps, quiet=quiet) as move:
+    # Elsewhere than on a terminal, click prints the label.
+    shown = sys.stderr if sys.stderr.isatty() and not quiet else io.StringIO()
+    with click.progressbar(length=len(files) * steps, label="comparing", file=shown) as bar:
         for file, endpoint in files.items():
-            comparison = compare_file(endpoint.get_source(), endpoint.format, file, tolerances, asked, lambda: move(1))
+            comparison = compare_file(
+                endpoint.get_source(), endpoint.format, file, tolerances, asked, lambda: bar.update(1)
+            )
             comparisons.append(comparison)
             if comparison.failed:
-                move(steps)
+                bar.update(steps)
     return comparisons

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import click
 
 from .options import FILE, FROM
-from .paths import check_open, find_input
+from .paths import check_standard_output, find_input
 
 
 @click.command()
@@ -20,7 +19,7 @@ def inspect(source: str, from_: str | None, as_json: bool) -> None:
 
     Lists sizes, defects and attributes of IN, so that you can look before you simplify. '-' is standard input.
     """
-    check_open(sys.stdout, "standard output")
+    check_standard_output()
     endpoint = find_input(source, from_)
     from ..inspection import inspect_scene
     from ..io import read

@@ -7,7 +7,6 @@ import stat
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 from ..errors import InputError, OutputError, UsageError
 
@@ -96,15 +95,15 @@ def check_output(path: Path, name: str, overwrite: bool) -> None:
         raise UsageError(f"{path}: exists: give --overwrite to replace it")
 
 
-def check_open(stream: TextIO | None, name: str) -> None:
-    """Refuse to work for a stream that is closed.
+def check_standard_output() -> None:
+    """Refuse to work where standard output is closed.
 
     Raises
     ------
     OutputError
     """
-    if stream is None:
-        raise OutputError(f"{name} is closed: nothing can be written to it")
+    if sys.stdout is None:
+        raise OutputError("standard output is closed: nothing can be written to it")
 
 
 def check_format(given: str, name: str = "--from") -> str:

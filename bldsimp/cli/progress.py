@@ -57,16 +57,6 @@ def run_with_progress(work: Callable[[Progress], T], points: int, *, quiet: bool
         return future.result()
 
 
-@contextmanager
-def show_steps(steps: int, *, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """Show a bar on a terminal; yield the function that moves it by some steps."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda count: None
-        return
-    with click.progressbar(length=steps, label="comparing", file=sys.stderr) as bar:
-        yield bar.update
-
-
 class BatchProgress:
     """Shows files, triangles and the time left as rows arrive.
 

@@ -12,7 +12,7 @@ import click
 
 from ..errors import UsageError
 from .options import FILE, FROM, TO, add_options, make_options
-from .paths import Endpoint, check_open, check_output, find_input, find_output
+from .paths import Endpoint, check_output, check_standard_output, find_input, find_output
 from .signals import raise_on_signals
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def simplify(
     if report is not None:
         _check_report(report, read_from, write_to)
     if "-" in (target, report):
-        check_open(sys.stdout, "standard output")
+        check_standard_output()
     start = time.perf_counter()
     result = _simplify(read_from, write_to, options, overwrite=overwrite, quiet=quiet)
     result.report.seconds = time.perf_counter() - start

@@ -111,7 +111,8 @@ def leave_file(folder: Path) -> Path:
 def wait_for_rows(manifest: Path, count: int, process: subprocess.Popen[bytes]) -> None:
     """Wait until a run has recorded so many files."""
     while (recorded := manifest.read_bytes().count(b"\n") if manifest.exists() else 0) < count:
-        assert process.poll() is None, f"ended with {recorded} of {count} rows"
+        if process.poll() is not None:
+            raise AssertionError(f"ended with {recorded} of {count} rows: {process.communicate()[1].decode()}")
         time.sleep(0.02)
 
 
