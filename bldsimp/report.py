@@ -12,7 +12,7 @@ SCHEMA = "bldsimp.report/2"
 """Name and version of the JSON; the number rises when a field goes or changes its meaning."""
 
 OLD_NAMES = {
-    "rungs": "facet_status",
+    "rungs": "facet_levels",
     "reasons": "fallback_reasons",
     "healed": "healed_t_junctions",
     "touching": "contact_points",
@@ -117,10 +117,10 @@ class Report:
     texels : float or None
         Certified bound of how far a texture has moved on its wall, along u or v; None where nothing is textured.
     facets : int
-    facet_status : dict of str to int
-        Facets with each status, the best status first.
+    facet_levels : dict of str to int
+        Facets at each level of the fallback, the best level first.
     fallback_reasons : dict of str to int
-        Why facets do not have the best status.
+        Why facets are not at the best level.
     healed_t_junctions : int
     contact_points : int
         Points kept only because surfaces touch there inside of facets.
@@ -148,7 +148,7 @@ class Report:
     rounding: float = 0.0
     texels: float | None = None
     facets: int = 0
-    facet_status: dict[str, int] = field(default_factory=dict)
+    facet_levels: dict[str, int] = field(default_factory=dict)
     fallback_reasons: dict[str, int] = field(default_factory=dict)
     healed_t_junctions: int = 0
     contact_points: int = 0

@@ -136,7 +136,7 @@ def _add_to_report(report: Report, mesh: Mesh, result: MeshResult, options: Opti
     levels = np.bincount(result.level, minlength=len(Level))
     for level in Level:
         name = level.name.lower()
-        report.facet_status[name] = report.facet_status.get(name, 0) + int(levels[level])
+        report.facet_levels[name] = report.facet_levels.get(name, 0) + int(levels[level])
     report.fallback_reasons = dict(Counter(report.fallback_reasons) + Counter(result.reasons))
     report.healed_t_junctions += result.healed
     report.contact_points += result.touching

@@ -44,7 +44,7 @@ def test_json_begins_with_the_schema_and_reads_back() -> None:
 
 def test_old_names_are_there_for_one_more_version_and_documented_as_deprecated() -> None:
     some = make_report(
-        facet_status={"simplified": 3}, fallback_reasons={"clash": 1}, healed_t_junctions=1, contact_points=2,
+        facet_levels={"simplified": 3}, fallback_reasons={"clash": 1}, healed_t_junctions=1, contact_points=2,
         closed_boundary_loops=3, reversed_faces=4, removed_degenerate_faces=5, removed_duplicate_faces=6,
         removed_components=[RemovedComponent("speck", 12, [[0.0] * 3, [1.0] * 3], "smaller_than_min_component")],
         unchanged_parts=[UnchangedPart("wall", "cannot update skin")],

@@ -93,9 +93,9 @@ def _describe_surface(report: Report) -> str:
 
 
 def _describe_facets(report: Report) -> str:
-    """Describe how many facets have each status, and why."""
-    status = ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in report.facet_status.items() if count)
-    text = f"facets     {report.facets:,}" + (f": {status}" if status else "")
+    """Describe how many facets are at each level, and why."""
+    levels = ", ".join(f"{count:,} {name.replace('_', ' ')}" for name, count in report.facet_levels.items() if count)
+    text = f"facets     {report.facets:,}" + (f": {levels}" if levels else "")
     reasons = [
         f"{FALLBACK_REASONS.get(name, name)} ({count:,})" for name, count in report.fallback_reasons.items() if count
     ]

@@ -71,7 +71,7 @@ class TestSimplify:
         )  # fmt: skip
         assert report["before"]["watertight"] is report["after"]["watertight"] is True
         assert report["deviation"] <= report["tolerance"]
-        assert report["facets"] == sum(report["facet_status"].values()) == 6
+        assert report["facets"] == sum(report["facet_levels"].values()) == 6
         summary = result.stderr.decode()
         assert "98 -> 8" in summary
         assert "watertight" in summary

@@ -11,7 +11,7 @@ from bldsimp.report import Counts, RemovedComponent, UnchangedPart
 def test_sizes_deviation_and_closure() -> None:
     text = describe_report(
         make_report(
-            facet_status={"simplified": 40, "points_put_back": 2},
+            facet_levels={"simplified": 40, "points_put_back": 2},
             facets=42,
             fallback_reasons={"clash": 2},
             reversed_faces=3,
