@@ -1,4 +1,4 @@
-"""`bldsimp batch` over many small buildings: throughput, memory, kills, bad files, and what planning costs.
+"""Measure `bldsimp batch` with many small buildings: throughput, memory, kills, bad files, planning.
 
 usage: python benchmarks/batch.py [--files N] [--sections NAME,...] [--folder FOLDER]
 needs: pip install bldsimp[dask]; Linux
@@ -27,10 +27,10 @@ from many_buildings import make_buildings
 from table import table
 
 from bldsimp import Options
-from bldsimp.batch.inputs import Layout, find_inputs, plan
+from bldsimp.batch.inputs import OutputLayout, find_inputs, plan_tasks
 from bldsimp.batch.manifest import open_manifest, read_manifest
-from bldsimp.batch.resume import finished, unfinished
-from bldsimp.batch.row import DONE, Row
+from bldsimp.batch.resume import collect_done, select_remaining
+from bldsimp.batch.row import DONE, FileRow, make_row
 from bldsimp.batch.task import Task
 from bldsimp.cli import main as program
 
@@ -40,7 +40,7 @@ WARM = """
 import sys, time
 from pathlib import Path
 from bldsimp import _core
-from bldsimp.file import simplify_file
+from bldsimp.job import simplify_file
 from bldsimp.options import Options
 _core.limit_threads(1)
 paths = [Path(line) for line in sys.stdin.read().splitlines()]
@@ -59,26 +59,26 @@ LOOP = 100
 """Files of the shell loop."""
 
 
-def batch(*words: object, check: bool = True) -> subprocess.CompletedProcess[bytes]:
+def run_batch(*words: object, check: bool = True) -> subprocess.CompletedProcess[bytes]:
     """Run `bldsimp batch`."""
     return subprocess.run([*OURS, "batch", *map(str, words)], check=check, capture_output=True)
 
 
-def names_of(folder: Path, count: int) -> list[Path]:
-    """So many of the buildings, by chance."""
+def choose_files(folder: Path, count: int) -> list[Path]:
+    """Choose so many of the buildings at random."""
     return random.Random(1).sample(sorted(folder.rglob("building_*")), count)
 
 
 @contextmanager
-def scratch() -> Iterator[Path]:
-    """A folder for results."""
+def make_scratch_folder() -> Iterator[Path]:
+    """Make a folder for results."""
     with tempfile.TemporaryDirectory(prefix="bldsimp-") as folder:
         yield Path(folder)
 
 
-def warm(paths: list[Path], processes: int) -> tuple[float, float]:
-    """Files a second of warm processes that call `simplify_file` side by side, and processor seconds of a file."""
-    with scratch() as out:
+def run_warm_processes(paths: list[Path], processes: int) -> tuple[float, float]:
+    """Return files a second of warm processes side by side, and the processor seconds of a file."""
+    with make_scratch_folder() as out:
         running = []
         for i in range(processes):
             (out / str(i)).mkdir()
@@ -95,8 +95,8 @@ def warm(paths: list[Path], processes: int) -> tuple[float, float]:
     return len(paths) / max(clock for clock, _ in told), sum(used for _, used in told) / len(paths)
 
 
-def resident(root: int) -> int:
-    """Bytes that a process and those that it started have written: what they share with others does not count."""
+def measure_resident(root: int) -> int:
+    """Return the bytes that a process and its children have written to; memory that they share does not count."""
     parents = {}
     for entry in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -116,24 +116,24 @@ def resident(root: int) -> int:
     return total
 
 
-def whole_batch(words: Sequence[object], jobs: int) -> tuple[float, float]:
-    """Seconds of a batch from start to end, of the clock and of the processors."""
-    with scratch() as out:
+def time_batch(words: Sequence[object], jobs: int) -> tuple[float, float]:
+    """Return the seconds of a batch from start to end, of the clock and of the processors."""
+    with make_scratch_folder() as out:
         before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        batch(*words, out / "light", "--to", "glb", "-q", "-j", jobs)
+        run_batch(*words, out / "out", "--to", "glb", "-q", "-j", jobs)
         seconds, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
     return seconds, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def turns(models: Path, rounds: int) -> str:
-    """Warm processes and batches in turns; of each the best round counts, which others disturbed least."""
+def compare_throughput(models: Path, rounds: int) -> str:
+    """Run warm processes and batches in turns; the best round of each counts, which others disturbed least."""
     cores = len(os.sched_getaffinity(0))
-    sample, many = names_of(models, SAMPLE), names_of(models, 4 * SAMPLE)
+    sample, many = choose_files(models, SAMPLE), choose_files(models, 4 * SAMPLE)
     one, beside, whole = [], [], []
     for _ in range(rounds):
-        one.append(warm(sample[: SAMPLE // 2], 1))
-        beside.append(warm(sample, cores))
-        seconds, used = whole_batch(many, cores)
+        one.append(run_warm_processes(sample[: SAMPLE // 2], 1))
+        beside.append(run_warm_processes(sample, cores))
+        seconds, used = time_batch(many, cores)
         whole.append((len(many) / seconds, used / len(many)))
     best = {
         "one warm process": (max(speed for speed, _ in one), min(used for _, used in one)),
@@ -155,21 +155,21 @@ def turns(models: Path, rounds: int) -> str:
     ])  # fmt: skip
 
 
-def long_run(models: Path, count: int) -> str:
-    """All buildings at once: memory at each tenth of the way."""
-    with scratch() as out:
+def measure_memory(models: Path, count: int) -> str:
+    """Run all buildings at once, and measure the memory at each tenth of the way."""
+    with make_scratch_folder() as out:
         levels: list[tuple[int, int]] = []
         leading = 0.0
-        manifest = out / "light" / "manifest.jsonl"
+        manifest = out / "out" / "manifest.jsonl"
         start = time.perf_counter()
-        process = subprocess.Popen([*OURS, "batch", models, out / "light", "--to", "glb", "-q"])
+        process = subprocess.Popen([*OURS, "batch", models, out / "out", "--to", "glb", "-q"])
         while process.poll() is None:
             time.sleep(0.5)
             ended = manifest.read_bytes().count(b"\n") if manifest.exists() else 0
             if process.poll() is None:
-                leading = processor_seconds(process.pid)
+                leading = measure_processor(process.pid)
             if ended * 10 // count >= len(levels) and process.poll() is None:
-                levels.append((ended, resident(process.pid)))
+                levels.append((ended, measure_resident(process.pid)))
         seconds = time.perf_counter() - start
         rows = list(read_manifest(str(manifest)))
         manifest_bytes = manifest.stat().st_size
@@ -178,7 +178,7 @@ def long_run(models: Path, count: int) -> str:
     sizes = [sum(row.input_bytes for row in rows), sum(row.output_bytes or 0 for row in rows)]
     return "\n".join([
         f"{count:,} buildings, {triangles:,} triangles, {sizes[0] / 1e6:,.0f} MB -> {sizes[1] / 1e6:,.0f} MB,"
-        f" {count / seconds:.1f} files/s. The process that leads takes {1e6 * leading / count:.0f} us of the processor"
+        f" {count / seconds:.1f} files/s. The leading process takes {1e6 * leading / count:.0f} us of the processor"
         f" for each file, its start and the planning included; the manifest has {manifest_bytes / count:.0f} bytes for"
         " each.",
         "",
@@ -186,16 +186,16 @@ def long_run(models: Path, count: int) -> str:
     ])  # fmt: skip
 
 
-def processor_seconds(process: int) -> float:
-    """What a process itself has had of the processor."""
+def measure_processor(process: int) -> float:
+    """Return the processor seconds of a process itself."""
     words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def loop(models: Path) -> str:
-    """A shell loop of `bldsimp simplify`, beside the batch over the same files."""
-    paths = names_of(models, LOOP)
-    with scratch() as out:
+def compare_with_loop(models: Path) -> str:
+    """Compare a shell loop of `bldsimp simplify` with a batch of the same files."""
+    paths = choose_files(models, LOOP)
+    with make_scratch_folder() as out:
         script = 'for path in "$@"; do n=$((n + 1)); "$python" -c "$ours" simplify "$path" "$out/$n.glb" -q; done'
         start = time.perf_counter()
         subprocess.run(
@@ -205,7 +205,7 @@ def loop(models: Path) -> str:
         )
         in_loop = time.perf_counter() - start
         start = time.perf_counter()
-        batch(*paths, out / "light", "--to", "glb", "-q")
+        run_batch(*paths, out / "out", "--to", "glb", "-q")
         together = time.perf_counter() - start
     return (
         f"{len(paths)} files: shell loop {in_loop:.1f} s, {1e3 * in_loop / len(paths):.0f} ms for each; batch"
@@ -213,38 +213,38 @@ def loop(models: Path) -> str:
     )
 
 
-def results(folder: Path) -> dict[str, bytes]:
-    """Bytes of all results, hidden files too."""
+def read_results(folder: Path) -> dict[str, bytes]:
+    """Read all results, hidden files too."""
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in folder.rglob("*")
-        if path.is_file() and path.name != "manifest.jsonl"
+        if path.is_file() and not path.name.startswith((".manifest", "manifest"))
     }
 
 
-def kills(models: Path) -> str:
-    """SIGKILL of the run at ten random moments, then a resumed run: the results beside those of a whole one."""
+def kill_runs(models: Path) -> str:
+    """Kill a run at ten random moments, then resume it, and compare the results with those of a whole run."""
     moment = random.Random(0)
-    with scratch() as out:
-        some = names_of(models, SAMPLE)
+    with make_scratch_folder() as out:
+        some = choose_files(models, SAMPLE)
         linked = out / "models"
         linked.mkdir()
         for path in some:
             (linked / path.name).symlink_to(path)
-        batch(linked, out / "whole", "--to", "glb", "-q")
-        manifest = out / "light" / "manifest.jsonl"
+        run_batch(linked, out / "whole", "--to", "glb", "-q")
+        manifest = out / "out" / "manifest.jsonl"
         recorded = [0]
         for _ in range(10):
-            process = subprocess.Popen([*OURS, "batch", linked, out / "light", "--to", "glb", "--resume", "-q"])
+            process = subprocess.Popen([*OURS, "batch", linked, out / "out", "--to", "glb", "--resume", "-q"])
             while not manifest.exists() or manifest.read_bytes().count(b"\n") <= recorded[-1]:
                 time.sleep(0.01)
             time.sleep(moment.uniform(0.0, 1.0))
             process.kill()
             process.wait()
             recorded.append(manifest.read_bytes().count(b"\n"))
-        batch(linked, out / "light", "--to", "glb", "--resume", "-q")
+        run_batch(linked, out / "out", "--to", "glb", "--resume", "-q")
         names = [row.input for row in read_manifest(str(manifest)) if not row.failed]
-        same = results(out / "light") == results(out / "whole")
+        same = read_results(out / "out") == read_results(out / "whole")
     return (
         f"{len(some):,} files, killed when {', '.join(map(str, recorded[1:]))} rows were recorded, then resumed:"
         f" results {'are the same bytes as' if same else 'DIFFER from'} those of a whole run,"
@@ -252,12 +252,12 @@ def kills(models: Path) -> str:
     )
 
 
-def poison(models: Path) -> str:
-    """Bad files among a thousand good ones."""
-    with scratch() as out:
+def run_bad_files(models: Path) -> str:
+    """Run bad files among a thousand good ones."""
+    with make_scratch_folder() as out:
         folder = out / "models"
         folder.mkdir()
-        good = names_of(models, SAMPLE)
+        good = choose_files(models, SAMPLE)
         for path in good:
             (folder / path.name).symlink_to(path)
         glb = next(path for path in good if path.suffix == ".glb").read_bytes()
@@ -271,8 +271,8 @@ def poison(models: Path) -> str:
         shutil.copy(good[0], folder / f"two\nlines{good[0].suffix}")
         shutil.copy(good[0], folder / os.fsdecode(b"latin\xe9" + os.fsencode(good[0].suffix)))
         write_terrain(folder / "grows.obj", 600)
-        done = batch(folder, out / "light", "--to", "glb", "--memory", "600M", check=False)
-        rows = list(read_manifest(str(out / "light" / "manifest.jsonl")))
+        done = run_batch(folder, out / "out", "--to", "glb", "--memory", "600M", check=False)
+        rows = list(read_manifest(str(out / "out" / "manifest.jsonl")))
         lines = [[row.input, row.kind, row.attempts, row.error] for row in rows if row.failed]
     count = sum(not row.failed for row in rows)
     return f"Exit code {done.returncode}; {count:,} of {len(good) + 2:,} good files done.\n\n" + table(
@@ -281,7 +281,7 @@ def poison(models: Path) -> str:
 
 
 def write_terrain(path: Path, side: int) -> None:
-    """A rough surface as OBJ, which takes far more memory than a flat one."""
+    """Write a rough surface as OBJ, which needs far more memory than a flat one."""
     chance = random.Random(0)
     with open(path, "w", encoding="ascii") as stream:
         for x in range(side):
@@ -293,31 +293,31 @@ def write_terrain(path: Path, side: int) -> None:
                 stream.write(f"f {a} {a + side} {a + side + 1}\nf {a} {a + side + 1} {a + 1}\n")
 
 
-def plan_and_resume(count: int) -> list[object]:
-    """Processor seconds and memory to find so many files, to read their manifest, and to see that all are done."""
-    with scratch() as folder:
+def measure_planning(count: int) -> list[object]:
+    """Measure the processor seconds and memory to find files, read their manifest, and see that all are done."""
+    with make_scratch_folder() as folder:
         for i in range(count):
             district = folder / "models" / f"{i // 1000:05}"
             if i % 1000 == 0:
                 district.mkdir(parents=True)
-                (folder / "light" / district.name).mkdir(parents=True)
+                (folder / "out" / district.name).mkdir(parents=True)
             (district / f"building_{i:08}.obj").touch()
-            (folder / "light" / district.name / f"building_{i:08}.glb").touch()
-        layout = Layout(str(folder / "light"), "{stem}.{ext}", "glb")
-        before = anonymous()
+            (folder / "out" / district.name / f"building_{i:08}.glb").touch()
+        layout = OutputLayout(str(folder / "out"), "{stem}.{ext}", "glb")
+        before = measure_own_memory()
         start = time.process_time()
-        tasks = plan(find_inputs([str(folder / "models")], layout.root), layout).tasks
+        tasks = plan_tasks(find_inputs([str(folder / "models")], layout.root), layout).tasks
         found = time.process_time()
-        manifest = open_manifest(str(folder / "light" / "manifest.jsonl"), resume=True, overwrite=False)
+        manifest = open_manifest(str(folder / "out" / "manifest.jsonl"), resume=True, overwrite=False)
         for task in tasks:
-            manifest.append(made_up(task))
+            manifest.append(invent_row(task))
         manifest.close()
         written = time.process_time()
-        done = finished(read_manifest(manifest.path), Options())  # type: ignore[attr-defined]
+        done = collect_done(read_manifest(manifest.path), Options())  # type: ignore[attr-defined]
         read = time.process_time()
-        left = unfinished(tasks, done, layout.root, verify=False, jobs=2)
+        left = select_remaining(tasks, done, layout.root, verify=False, jobs=2)
         compared = time.process_time()
-        held = anonymous() - before
+        held = measure_own_memory() - before
     assert len(tasks) == count
     assert not left
     return [
@@ -326,27 +326,27 @@ def plan_and_resume(count: int) -> list[object]:
     ]  # fmt: skip
 
 
-def anonymous() -> int:
-    """Bytes that this process holds."""
+def measure_own_memory() -> int:
+    """Return the bytes of memory that this process has."""
     return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
 
 
-def made_up(task: Task) -> Row:
-    """The row of a file that is said to be done."""
+def invent_row(task: Task) -> FileRow:
+    """Make up the row of a file that is done."""
     from bldsimp import __version__
 
-    return Row(
-        task.name, task.output, DONE, format_before=task.from_, format_after=task.to, input_mtime_ns=task.mtime,
+    return make_row(
+        task, DONE, input_mtime_ns=task.mtime,
         input_sha256="0" * 64, output_bytes=0, output_sha256="0" * 64, points_before=1000, points_after=100,
         triangles_before=2000, triangles_after=200,
         tolerance=1e-5, deviation=1e-6, seconds=0.01, version=__version__,
     )  # fmt: skip
 
 
-def cluster(models: Path) -> str:
-    """A cluster of two workers on this machine, beside the pool, over the same files."""
-    paths = names_of(models, 2 * SAMPLE)
-    with scratch() as out, socket.socket() as free:
+def compare_with_cluster(models: Path) -> str:
+    """Compare a cluster of two workers on this machine with the pool, over the same files."""
+    paths = choose_files(models, 2 * SAMPLE)
+    with make_scratch_folder() as out, socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
         free.close()
@@ -357,7 +357,7 @@ def cluster(models: Path) -> str:
         try:
             for command in (scheduler, worker, worker):
                 processes.append(subprocess.Popen([*command, "--no-dashboard"], cwd=out, stderr=subprocess.DEVNULL))
-            in_pool, _ = whole_batch(paths, 2)
+            in_pool, _ = time_batch(paths, 2)
             # In this process and a second time, so that nothing is loaded meanwhile.
             for name in ("first", "second"):
                 start, used = time.perf_counter(), time.process_time()
@@ -370,13 +370,13 @@ def cluster(models: Path) -> str:
                 process.wait()
     return (
         f"{len(paths):,} files: pool of two {in_pool:.1f} s, its start included; cluster with two workers, everything"
-        f" loaded, {seconds:.1f} s. The process that leads takes {1e6 * leading:.0f} us of the processor for each file."
+        f" loaded, {seconds:.1f} s. The leading process takes {1e6 * leading:.0f} us of the processor for each file."
     )
 
 
-def plans() -> str:
-    """Planning and resuming at growing sizes, by processor time."""
-    rows = [plan_and_resume(count) for count in (12_500, 25_000, 50_000, 100_000)]
+def measure_plans() -> str:
+    """Measure planning and resuming at growing sizes, by processor time."""
+    rows = [measure_planning(count) for count in (12_500, 25_000, 50_000, 100_000)]
     steps = ["find and plan, s", "append rows, s", "read manifest, s", "compare, s"]
     return table(["files", *steps, "us for each but for appending", "bytes held for each"], rows)
 
@@ -389,18 +389,18 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=4)
     parser.add_argument("--folder", type=Path)
     args = parser.parse_args()
-    with scratch() as here:
+    with make_scratch_folder() as here:
         folder = args.folder or here
         if not folder.is_dir() or not any(folder.iterdir()):
             make_buildings(folder, args.files)
         sections: dict[str, tuple[str, Callable[[], str]]] = {
-            "turns": ("Throughput", lambda: turns(folder, args.rounds)),
-            "memory": ("Memory over a long run", lambda: long_run(folder, args.files)),
-            "loop": ("Beside a shell loop", lambda: loop(folder)),
-            "dask": ("On a cluster", lambda: cluster(folder)),
-            "kills": ("Killed ten times", lambda: kills(folder)),
-            "poison": ("Bad files", lambda: poison(folder)),
-            "plan": ("Planning and resuming", plans),
+            "turns": ("Throughput", lambda: compare_throughput(folder, args.rounds)),
+            "memory": ("Memory over a long run", lambda: measure_memory(folder, args.files)),
+            "loop": ("Beside a shell loop", lambda: compare_with_loop(folder)),
+            "dask": ("On a cluster", lambda: compare_with_cluster(folder)),
+            "kills": ("Killed ten times", lambda: kill_runs(folder)),
+            "poison": ("Bad files", lambda: run_bad_files(folder)),
+            "plan": ("Planning and resuming", measure_plans),
         }
         for name in args.sections.split(","):
             title, figures = sections[name]

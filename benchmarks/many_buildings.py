@@ -1,4 +1,4 @@
-"""Many small buildings of random sizes, made as the two of data/ are."""
+"""Make many small buildings of random sizes, like the two in data/."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from make_buildings import write_glb, write_obj
 
 HOUSES = (1.0, 1.3, 1.8, 2.5, 4.0)
 TOWERS = (3.0, 8.0)
-"""Lengths of edges, metres: the longer, the fewer points."""
+"""Lengths of edges, meters: the longer, the fewer points."""
 
 TOWER_SHARE = 0.1
 A_FOLDER = 1000
 
 
 def make_buildings(folder: Path, count: int) -> None:
-    """Write so many, as OBJ and GLB in turns, in folders of a thousand.
+    """Write so many buildings, as OBJ and GLB in turns, in folders of a thousand.
 
     Each is one of a few over-sampled meshes, stretched by a random factor along each axis: flat walls stay flat.
     """

@@ -1,4 +1,4 @@
-"""What is in a scene before anything is done: counts, defects, number format."""
+"""Count what a scene contains before it is simplified: sizes, defects, number format."""
 
 from __future__ import annotations
 
@@ -6,20 +6,19 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .model import Faces, Mesh, Scene
+from . import _core
+from .model import Faces, Mesh, Points, Scene, cast_indices
 from .options import Tolerance
 from .pipeline import simplify_mesh
-from .report import PassedOn, one_line, passed_on
+from .report import UnchangedPart, explain_unchanged
 from .tolerance import diagonal, resolve_tolerance, scale, spacing
-from .unique_rows import find_unique_rows
 
-SCHEMA = "bldsimp.inspection/1"
+SCHEMA = "bldsimp.inspection/2"
 
 
 @dataclass
-class Surface:
+class Defects:
     """A mesh in numbers, its positions welded exactly.
 
     Attributes
@@ -47,8 +46,8 @@ class Surface:
 
 
 @dataclass
-class Carried:
-    """What a mesh carries beside its surface: an attribute, its kind, whether ``vertices`` or ``faces`` have it."""
+class AttributeInfo:
+    """An attribute of a mesh: its name, its kind, and whether ``vertices`` or ``faces`` have it."""
 
     name: str
     kind: str
@@ -73,13 +72,13 @@ class MeshInspection:
     watertight: bool
     numbers: str
     spacing: float
-    attributes: list[Carried]
-    passed_on: list[PassedOn]
+    attributes: list[AttributeInfo]
+    unchanged_parts: list[UnchangedPart]
 
 
 @dataclass
 class Inspection:
-    """A whole scene: its meshes, and what `auto` would do to it; lengths in world space."""
+    """A whole scene: its meshes, and the tolerance that `auto` means for it; lengths in world space."""
 
     format: str
     bytes: int
@@ -90,12 +89,15 @@ class Inspection:
     schema: str = SCHEMA
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values, with the totals over all meshes."""
+        """Convert the inspection to plain values, with the totals over all meshes."""
         values = asdict(self)
+        for mesh in values["meshes"]:
+            # The name of bldsimp.inspection/1; the next version leaves it out.
+            mesh["passed_on"] = mesh["unchanged_parts"]
         return {"schema": values.pop("schema"), "total": self.total(), **values}
 
     def total(self) -> dict[str, Any]:
-        """Sums over the meshes, each counted once."""
+        """Sum over the meshes, each counted once."""
         keys = ["parts", "points", "vertices", "triangles", "facets", "open_edges", "nonmanifold_edges"]
         keys += ["degenerate_faces", "duplicate_faces"]
         total: dict[str, Any] = {key: sum(getattr(mesh, key) for mesh in self.meshes) for key in keys}
@@ -104,7 +106,7 @@ class Inspection:
 
 
 def inspect_scene(scene: Scene) -> Inspection:
-    """Look at a scene.
+    """Count what a scene contains.
 
     Parameters
     ----------
@@ -119,7 +121,7 @@ def inspect_scene(scene: Scene) -> Inspection:
     return Inspection(scene.format, scene.size, diagonal(scene), tolerance, meshes, list(scene.warnings))
 
 
-def surface_of(points: NDArray[np.float64], faces: Faces) -> Surface:
+def count_defects(points: Points, faces: Faces) -> Defects:
     """Count a mesh's points, edges and defects.
 
     Parameters
@@ -129,75 +131,48 @@ def surface_of(points: NDArray[np.float64], faces: Faces) -> Surface:
 
     Returns
     -------
-    Surface
+    Defects
 
     Notes
     -----
-    O(m log m).
+    O(m) with a hash of the positions.
     """
-    if not len(faces):
-        return Surface(0, 0, 0, 0, 0, 0, False)
-    used, compact = np.unique(faces, return_inverse=True)
-    own = points[used]
-    first, position = find_unique_rows(own)
-    welded = position[compact.reshape(-1)].reshape(-1, 3)
-    a, b, c = welded.T
-    proper = (a != b) & (b != c) & (a != c)
-    u, v = own[first[b]] - own[first[a]], own[first[c]] - own[first[a]]
-    flat = ~np.cross(u, v).any(axis=1)
-    single = _first_copies(welded[proper])
-    counts = _edge_counts(welded[proper][single], len(first))
-    return Surface(
-        points=len(first),
+    faces = cast_indices(faces).reshape(-1, 3)
+    welded = _core.weld(points, faces, 0.0)
+    open_edges, nonmanifold_edges = _core.count_edges(welded.faces, len(welded.points))
+    a, b, c = (points[corner] for corner in faces.T)
+    with np.errstate(invalid="ignore"):
+        flat = ~np.cross(b - a, c - a).any(axis=1)
+    return Defects(
+        points=len(welded.points),
         triangles=len(faces),
-        open_edges=int((counts == 1).sum()),
-        nonmanifold_edges=int((counts > 2).sum()),
-        degenerate_faces=int((flat | ~proper).sum()),
-        duplicate_faces=int(proper.sum() - len(single)),
-        watertight=bool(len(counts)) and bool(np.all(counts == 2)),
+        open_edges=open_edges,
+        nonmanifold_edges=nonmanifold_edges,
+        degenerate_faces=int(np.count_nonzero(flat)),
+        duplicate_faces=welded.duplicate,
+        watertight=len(welded.faces) > 0 and open_edges == nonmanifold_edges == 0,
     )
 
 
-def _first_copies(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Faces that are no copies, turned or not, of an earlier one with the same winding."""
-    turn = np.argmin(faces, axis=1)[:, None] if len(faces) else np.zeros((0, 1), int)
-    cyclic = np.take_along_axis(faces, (turn + np.arange(3)) % 3, axis=1)
-    return find_unique_rows(cyclic)[0]
-
-
-def _edge_counts(faces: NDArray[np.int64], points: int) -> NDArray[np.int64]:
-    """Number of faces at each edge."""
-    following = np.roll(faces, -1, axis=1)
-    key = np.minimum(faces, following) * np.int64(points) + np.maximum(faces, following)
-    key = np.sort(key.reshape(-1))
-    starts = np.flatnonzero(np.concatenate([[True], np.diff(key) != 0])) if len(key) else np.zeros(0, int)
-    return np.diff(np.append(starts, len(key)))
-
-
 def _inspect_mesh(mesh: Mesh, tolerance: float) -> MeshInspection:
-    surface = surface_of(mesh.points, mesh.faces)
     return MeshInspection(
         name=mesh.name,
         parts=len(mesh.parts),
         instances=len(mesh.transforms),
-        points=surface.points,
         vertices=len(np.unique(mesh.faces)),
-        triangles=surface.triangles,
-        facets=_facets(mesh, tolerance),
-        open_edges=surface.open_edges,
-        nonmanifold_edges=surface.nonmanifold_edges,
-        degenerate_faces=surface.degenerate_faces,
-        duplicate_faces=surface.duplicate_faces,
-        watertight=surface.watertight,
-        numbers=number_words(mesh),
+        facets=_count_facets(mesh, tolerance),
+        numbers=describe_numbers(mesh),
         spacing=spacing(mesh),
-        attributes=[Carried(one.name, one.kind, "faces" if one.on_faces else "vertices") for one in mesh.attributes],
-        passed_on=[passed_on(part) for part in mesh.parts if part.fixed],
+        attributes=[
+            AttributeInfo(one.name, one.kind, "faces" if one.on_faces else "vertices") for one in mesh.attributes
+        ],
+        unchanged_parts=[explain_unchanged(part) for part in mesh.parts if part.fixed],
+        **vars(count_defects(mesh.points, mesh.faces)),
     )
 
 
-def number_words(mesh: Mesh) -> str:
-    """A mesh's number format for people."""
+def describe_numbers(mesh: Mesh) -> str:
+    """Describe a mesh's number format: ``single``, ``double`` or the step between decimal numbers."""
     if mesh.single:
         return "single"
     if mesh.rounding:
@@ -205,39 +180,7 @@ def number_words(mesh: Mesh) -> str:
     return "double"
 
 
-def _facets(mesh: Mesh, tolerance: float) -> int:
-    """Number of facets at a tolerance in world space."""
+def _count_facets(mesh: Mesh, tolerance: float) -> int:
+    """Count facets at a tolerance in world space."""
     local = tolerance / (scale(mesh) or 1.0)
     return len(simplify_mesh(mesh, local).planes)
-
-
-def inspection_text(inspection: Inspection) -> str:
-    """An inspection in lines for people."""
-    total = inspection.total()
-    lines = [f"format      {inspection.format}, {inspection.bytes:,} bytes"]
-    lines.append(f"diagonal    {inspection.diagonal:.6g}")
-    lines.append(f"auto        {inspection.auto_tolerance:.3g}")
-    entries = [(f"mesh        {mesh.name or '(no name)'}", asdict(mesh)) for mesh in inspection.meshes]
-    if len(entries) != 1:
-        entries.append((f"total       {len(inspection.meshes):,} meshes", total))
-    for head, values in entries:
-        lines.append(head)
-        lines += [f"  {key.replace('_', ' '):18s}{_shown(value)}" for key, value in values.items() if key != "name"]
-    lines += [f"warning     {text}" for text in inspection.warnings]
-    return "\n".join(map(one_line, lines))
-
-
-def _in_words(entry: dict[str, str]) -> str:
-    """An attribute, or a part that is passed on, for people."""
-    if "reason" in entry:
-        return f"{entry['name']}: {entry['reason']}"
-    return f"{entry['name']} ({entry['kind']}{', of faces' if entry['on'] == 'faces' else ''})"
-
-
-def _shown(value: Any) -> str:
-    """A value for people."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, list):
-        return ", ".join(_in_words(each) for each in value) or "none"
-    return f"{value:,}" if isinstance(value, int) else f"{value:.3g}" if isinstance(value, float) else str(value)

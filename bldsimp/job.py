@@ -1,4 +1,4 @@
-"""One file made light: read, simplified, written, and told."""
+"""Read one file, simplify it, write it, and report."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import dataclasses
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
@@ -21,7 +22,7 @@ Work: TypeAlias = Callable[["_core.Progress | None"], tuple[list[SimplifiedMesh]
 
 @dataclass
 class FileResult:
-    """What became of a file.
+    """The result of a file.
 
     Attributes
     ----------
@@ -29,16 +30,12 @@ class FileResult:
         As it was read.
     report : Report
     seconds : dict of str to float
-        Of ``read``, ``simplify`` and ``write``.
+        Time for ``read``, ``simplify`` and ``write``.
     """
 
     scene: Scene
     report: Report
     seconds: dict[str, float]
-
-
-def _unwatched(work: Work, points: int) -> tuple[list[SimplifiedMesh], Report]:
-    return work(None)
 
 
 def simplify_file(
@@ -49,9 +46,9 @@ def simplify_file(
     options: Options,
     *,
     overwrite: bool = True,
-    watch: Callable[[Work, int], tuple[list[SimplifiedMesh], Report]] = _unwatched,
+    watch: Callable[[Work, int], tuple[list[SimplifiedMesh], Report]] | None = None,
 ) -> FileResult:
-    """Read a file, simplify it, and write what is left.
+    """Read a file, simplify it, and write the result.
 
     Parameters
     ----------
@@ -64,10 +61,9 @@ def simplify_file(
         Format of the target.
     options : Options
     overwrite : bool
-        Whether files beside the target that differ may be replaced.
-    watch : callable
-        Does the work that it is given, which takes a `Progress` or None; how many points there are is its second
-        argument.
+        Whether files next to the target that differ may be replaced.
+    watch : callable, optional
+        Runs the work that it gets, which takes a `Progress` or None. Its second argument is the number of points.
 
     Returns
     -------
@@ -76,19 +72,19 @@ def simplify_file(
     Raises
     ------
     InputError
-        Where the source is missing, damaged or no surface.
+        Where the source is missing, damaged or not a surface.
     OutputError
         Where the target cannot be written.
     """
     start = time.perf_counter()
     scene = read(source, from_)
     if to not in ("glb", "gltf"):
-        _leave_out_unshown(scene)
+        _remove_hidden_meshes(scene)
     after_read = time.perf_counter()
-    points = sum(len(mesh.used_points) for mesh in scene.meshes)
-    lights, report = watch(lambda progress: _simplified(scene, options, progress), points)
+    work = partial(_simplify, scene, options)
+    results, report = watch(work, sum(len(mesh.used_points) for mesh in scene.meshes)) if watch else work(None)
     after_simplify = time.perf_counter()
-    written = write(scene, lights, target, to, options, overwrite=overwrite)
+    written = write(scene, results, target, to, options, overwrite=overwrite)
     report.rounding = written.rounding
     report.deviation += written.rounding
     report.after = dataclasses.replace(written.after or report.after, bytes=written.bytes, vertices=written.vertices)
@@ -99,18 +95,18 @@ def simplify_file(
     return FileResult(scene, report, seconds)
 
 
-def _leave_out_unshown(scene: Scene) -> None:
-    """Take meshes away that no node of a scene graph shows, since formats without one have no place for them."""
+def _remove_hidden_meshes(scene: Scene) -> None:
+    """Remove meshes that no node of a scene graph shows: formats without one have no place for them."""
     shown = [mesh for mesh in scene.meshes if len(mesh.transforms)]
     if len(shown) < len(scene.meshes):
         scene.warnings.append(f"meshes that no node shows are left out: {len(scene.meshes) - len(shown):,}")
         scene.meshes = shown
 
 
-def _simplified(scene: Scene, options: Options, progress: _core.Progress | None) -> tuple[list[SimplifiedMesh], Report]:
-    lights, report = simplify_scene(scene, options, progress)
+def _simplify(scene: Scene, options: Options, progress: _core.Progress | None) -> tuple[list[SimplifiedMesh], Report]:
+    results, report = simplify_scene(scene, options, progress)
     if options.baseline:
         from .compare.baseline import baseline_points
 
         report.baseline = baseline_points(scene, report.deviation, report.warnings)
-    return lights, report
+    return results, report

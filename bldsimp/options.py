@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import wraps
 from numbers import Real
 from typing import Any
 
@@ -141,8 +144,9 @@ class Options:
         that is farther from a face, and normals that are made are not smooth; degrees.
     baseline : bool
         Also report the points that fast-simplification needs for the same deviation.
-    min_part : float
-        Components whose box has a smaller diagonal than this go, beyond the tolerance; model units; 0 for none.
+    min_component : float
+        Components whose box has a smaller diagonal than this are removed, whatever the tolerance; model units; 0 for
+        none. The deprecated name is `min_part`.
     allow_close : bool
         Boundary loops may close where that moves the surface by no more than the tolerance, if it is a wide one.
     """
@@ -154,7 +158,7 @@ class Options:
     texture_tolerance: float = TEXTURE_TOLERANCE
     crease_angle: float = CREASE_DEGREES
     baseline: bool = False
-    min_part: float = 0.0
+    min_component: float = 0.0
     allow_close: bool = False
 
     def __post_init__(self) -> None:
@@ -166,14 +170,34 @@ class Options:
         if unknown:
             raise UsageError(f"delimit {unknown[0]!r}: choose of {', '.join(DELIMITS)}")
         check_length("weld", self.weld)
-        check_length("min_part", self.min_part)
+        check_length("min_component", self.min_component)
         check_length("texture_tolerance", self.texture_tolerance)
         check_length("crease_angle", self.crease_angle)
+
+    @property
+    def min_part(self) -> float:
+        """The deprecated name of `min_component`."""
+        return self.min_component
 
     def keeps(self, kind: str) -> bool:
         """Whether attributes of a kind are kept."""
         return kind in self.delimit or (kind == "tangent" and "uv" in self.delimit)
 
+
+def _accept_old_names(make: Callable[..., None]) -> Callable[..., None]:
+    """Let `Options` take the deprecated name of a field, too."""
+
+    @wraps(make)
+    def make_options(self: Options, *values: Any, **named: Any) -> None:
+        if "min_part" in named:
+            warnings.warn("min_part is deprecated: use min_component", DeprecationWarning, stacklevel=2)
+            named["min_component"] = named.pop("min_part")
+        make(self, *values, **named)
+
+    return make_options
+
+
+Options.__init__ = _accept_old_names(Options.__init__)  # type: ignore[method-assign]
 
 DEFAULTS = Options()
 

@@ -14,7 +14,7 @@ from . import _core
 from .model import Mesh, Scene, SimplifiedMesh
 from .options import Options
 from .pipeline import simplify_mesh, weld_mesh
-from .report import DroppedPart, Report, passed_on
+from .report import RemovedComponent, Report, explain_unchanged
 from .result import MeshResult, count_surface
 from .stages.fallback import Level
 from .stages.removal import Dropped, find_small_components
@@ -89,7 +89,7 @@ def simplify_meshes(
             result.dropped = dropped + result.dropped
         results.append(result)
         _add_to_report(report, mesh, result, options, stretch)
-        report.passed_on += [passed_on(part) for part in mesh.parts if part.fixed]
+        report.unchanged_parts += [explain_unchanged(part) for part in mesh.parts if part.fixed]
     report.before.watertight = all(result.before.watertight for result in results)
     report.after.watertight = all(result.after.watertight for result in results)
     report.seconds = time.perf_counter() - start
@@ -109,14 +109,14 @@ def _weld_meshes(
     Tells of what stays although it is as small.
     """
     welded = (weld_mesh(mesh, _localize(options, mesh)) for mesh in scene.meshes)
-    if options.min_part == 0.0:
+    if options.min_component == 0.0:
         yield from ((one, one, []) for one in welded)
         return
     every = list(welded)
     small, dropped, staying = find_small_components(scene.meshes, every, options)
     if staying:
         words = "component smaller than {} stays" if staying == 1 else "components smaller than {} stay"
-        smaller = words.format(f"{options.min_part:g}")
+        smaller = words.format(f"{options.min_component:g}")
         report.warnings.append(f"{staying:,} {smaller}, since parts that are passed on are left alone")
     for one, faces, gone in zip(every, small, dropped, strict=True):
         yield one, one.select_faces(~faces) if gone else one, gone
@@ -136,16 +136,20 @@ def _add_to_report(report: Report, mesh: Mesh, result: MeshResult, options: Opti
     levels = np.bincount(result.level, minlength=len(Level))
     for level in Level:
         name = level.name.lower()
-        report.rungs[name] = report.rungs.get(name, 0) + int(levels[level])
-    report.reasons = dict(Counter(report.reasons) + Counter(result.reasons))
-    for name in ("healed", "touching", "closed", "turned", "degenerate", "duplicate"):
-        setattr(report, name, getattr(report, name) + getattr(result, name))
-    report.dropped += [_describe(one, mesh) for one in result.dropped]
+        report.facet_levels[name] = report.facet_levels.get(name, 0) + int(levels[level])
+    report.fallback_reasons = dict(Counter(report.fallback_reasons) + Counter(result.reasons))
+    report.healed_t_junctions += result.healed
+    report.contact_points += result.touching
+    report.closed_boundary_loops += result.closed
+    report.reversed_faces += result.turned
+    report.removed_degenerate_faces += result.degenerate
+    report.removed_duplicate_faces += result.duplicate
+    report.removed_components += [_describe(one, mesh) for one in result.dropped]
 
 
-def _describe(dropped: Dropped, mesh: Mesh) -> DroppedPart:
+def _describe(dropped: Dropped, mesh: Mesh) -> RemovedComponent:
     """Describe what was removed by the name of its part and its box in world space."""
     corners = np.array(list(itertools.product(*dropped.box.T)))
     world = transform_points(corners, mesh.transforms[0]) if len(mesh.transforms) else corners
     box = [world.min(axis=0).tolist(), world.max(axis=0).tolist()]
-    return DroppedPart(mesh.parts[dropped.part].name, dropped.triangles, box, dropped.reason)
+    return RemovedComponent(mesh.parts[dropped.part].name, dropped.triangles, box, dropped.reason)

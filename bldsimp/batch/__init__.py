@@ -1,1 +1,1 @@
-"""Many files, each alone: found, planned, shared out to processes, and recorded in a manifest."""
+"""Simplify many files, each alone: find them, plan, share them among processes, and record each in a manifest."""

@@ -9,30 +9,27 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..errors import InputError, UsageError
-from ..options import Options
-from .engine import once_more
-from .groups import groups_of
-from .row import Row, failure
-from .task import Order, Task
+from .row import FileRow, make_failure, make_retry
+from .task import Task, WorkOrder, split_into_groups
 from .worker import Worker
 
 GROUP_FILES = 250
 GROUP_BYTES = 250_000_000
-"""A group takes some seconds, a thousand times as long as the scheduler takes for it."""
+"""A group takes some seconds, a thousand times as long as the scheduler needs for it."""
 
 AHEAD = 2
-"""Groups for each thread of the cluster, one of them waiting; the scheduler never holds more."""
+"""Groups for each thread of the cluster, one of them waiting; the scheduler never has more."""
 
 CONNECT_SECONDS = 20
 
 _idle: queue.LifoQueue[Worker] = queue.LifoQueue()
-"""Workers that have nothing to do, in a process of Dask's: in the end as many as it has threads."""
+"""Idle workers in a process of Dask: in the end as many as it has threads."""
 
 
-def simplify_group(order: Order, timeout: float | None) -> list[Row]:
-    """What the cluster does for each group: a row for each file.
+def simplify_group(order: WorkOrder, timeout: float | None) -> list[FileRow]:
+    """Simplify a group of files on the cluster; return a row for each file.
 
-    As on one machine, files are given to a process of their own, so that Dask's outlives any of them.
+    As on one machine, a separate process takes the files, so that Dask's own process outlives each of them.
     """
     try:
         worker = _idle.get_nowait()
@@ -51,10 +48,8 @@ class DaskPool:
     ----------
     scheduler : str
         Address, such as ``tcp://head:8786``.
-    options, overwrite
-        See `Order`.
-    memory : int or None
-        Bytes for each file.
+    order : WorkOrder
+        Without tasks; its memory is the limit for each file.
     timeout : float or None
         Seconds for each file.
 
@@ -66,15 +61,13 @@ class DaskPool:
         Where the scheduler does not answer.
     """
 
-    def __init__(
-        self, scheduler: str, options: Options, *, overwrite: bool, memory: int | None, timeout: float | None
-    ) -> None:
+    def __init__(self, scheduler: str, order: WorkOrder, timeout: float | None) -> None:
         try:
             import distributed
         except ImportError:
-            raise UsageError("--scheduler wants Dask: install bldsimp[dask]") from None
+            raise UsageError("--scheduler needs Dask: install bldsimp[dask]") from None
         self.scheduler = scheduler
-        self._order = Order([], options, overwrite, memory)
+        self._order = order
         self._timeout = timeout
         self._stopping = False
         self._groups: dict[Any, list[Task]] = {}
@@ -84,22 +77,22 @@ class DaskPool:
             raise InputError(f"{scheduler}: the scheduler does not answer: {error}") from None
         self._ended = distributed.as_completed(loop=self._client.loop)
 
-    def run(self, tasks: list[Task]) -> Iterator[Row]:
-        """The last row of each task, as its group ends."""
-        waiting = deque(groups_of(tasks, GROUP_FILES, GROUP_BYTES))
+    def run(self, tasks: list[Task]) -> Iterator[FileRow]:
+        """Yield the last row of each task, as its group ends."""
+        waiting = deque(split_into_groups(tasks, GROUP_FILES, GROUP_BYTES))
         while waiting or self._groups:
-            while waiting and not self._stopping and len(self._groups) < self._room():
+            while waiting and not self._stopping and len(self._groups) < self._count_places():
                 self._submit(waiting.popleft())
             if not self._groups:
                 break
             future = next(self._ended)
             group = self._groups.pop(future.key)
-            for task, row in zip(group, self._rows(future, group), strict=True):
-                again = once_more(task, row)
-                if again is None or self._stopping:
+            for task, row in zip(group, self._collect_rows(future, group), strict=True):
+                retry = make_retry(task, row)
+                if retry is None or self._stopping:
                     yield row
                 else:
-                    waiting.append([again])
+                    waiting.append([retry])
         self._client.close()
 
     def stop(self) -> None:
@@ -107,7 +100,7 @@ class DaskPool:
         self._stopping = True
 
     def kill(self) -> None:
-        """Leave the cluster, which drops what it was given."""
+        """Leave the cluster, which then drops its groups."""
         self._stopping = True
         self._client.close()
 
@@ -117,18 +110,25 @@ class DaskPool:
         self._groups[future.key] = group
         self._ended.add(future)
 
-    def _room(self) -> int:
-        threads: dict[str, int] = self._client.nthreads()
+    def _make_error(self) -> InputError:
+        return InputError(f"{self.scheduler}: the scheduler is gone: start another one, then use --resume")
+
+    def _count_places(self) -> int:
+        """Count the groups that the cluster may have at a time."""
+        try:
+            threads: dict[str, int] = self._client.nthreads()
+        except OSError:
+            raise self._make_error() from None
         return max(1, AHEAD * sum(threads.values()))
 
-    def _rows(self, future: Any, group: list[Task]) -> list[Row]:
-        """The rows of a group that has ended, however it did."""
+    def _collect_rows(self, future: Any, group: list[Task]) -> list[FileRow]:
+        """Return the rows of a group that has ended, in whatever way."""
         from distributed import KilledWorker
 
         if future.status in ("cancelled", "lost"):
-            raise InputError(f"{self.scheduler}: the scheduler is gone: start one, then --resume")
+            raise self._make_error()
         error = future.exception() if future.status == "error" else None
         if isinstance(error, KilledWorker):
-            return [failure(task, "crash", "the processes of Dask that had it died") for task in group]
-        rows: list[Row] = future.result()
+            return [make_failure(task, "crash", "the processes of Dask that had it died") for task in group]
+        rows: list[FileRow] = future.result()
         return rows

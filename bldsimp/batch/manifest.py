@@ -1,6 +1,6 @@
-"""The manifest: one row for each file that ended, appended by one process alone, and enough to go on from.
+"""The manifest: one row for each file that ended, which one process appends, and enough to resume from.
 
-On this machine it is a file of JSON Lines. Most storage behind a URL cannot append; there it is a row of numbered parts
+On this machine it is a file of JSON Lines. Most storage behind a URL cannot append; there it consists of numbered parts
 (``manifest.jsonl.000001`` ...), each of which appears whole.
 """
 
@@ -10,56 +10,39 @@ import os
 import time
 from collections.abc import Iterator
 from itertools import chain
-from typing import Protocol
+from typing import TypeAlias
+
+from filelock import FileLock, Timeout
 
 from ..errors import InputError, OutputError, UsageError
-from .row import Row
-from .storage import Remote, is_url, local, storage_of
+from .row import FileRow
+from .storage import RemoteStorage, is_url, open_storage, strip_scheme
 
 SYNC_SECONDS = 5.0
-"""A row stands on the disk, or behind the URL, after this long at the latest."""
-
-
-class Manifest(Protocol):
-    """Where rows go."""
-
-    @property
-    def empty(self) -> bool:
-        """Whether no earlier run has left a row."""
-
-    def clear(self) -> None:
-        """Forget what earlier runs have left."""
-
-    def rows(self) -> Iterator[Row]:
-        """Rows of earlier runs; to be read to the end before anything is appended."""
-
-    def append(self, row: Row) -> None: ...
-
-    def close(self) -> None: ...
+"""A row is on the disk, or behind the URL, after this long at the latest."""
 
 
 def open_manifest(text: str, *, resume: bool, overwrite: bool) -> Manifest:
-    """The manifest at a path or URL.
+    """Open the manifest at a path or URL to append to it.
 
     Raises
     ------
     UsageError
-        Where it holds rows and is neither to be resumed nor to be replaced, or another run writes it.
+        Where it has rows and is neither to be resumed nor to be replaced, or another run writes it.
     OutputError
         Where it cannot be written.
     """
-    kind = Parts if is_url(text) else Lines
-    manifest = kind(local(text))
+    manifest: Manifest = RemoteManifest(text) if is_url(text) else LocalManifest(strip_scheme(text))
     if not resume and not manifest.empty:
         if not overwrite:
             manifest.close()
-            raise UsageError(f"{text}: exists: give --resume to go on with it, or --overwrite to start anew")
+            raise UsageError(f"{text}: exists: give --resume to continue it, or --overwrite to start again")
         manifest.clear()
     return manifest
 
 
-def read_manifest(text: str) -> Iterator[Row]:
-    """The rows of a manifest that nobody need be able to write.
+def read_manifest(text: str) -> Iterator[FileRow]:
+    """Read the rows of a manifest; it need not be writable.
 
     Raises
     ------
@@ -67,50 +50,53 @@ def read_manifest(text: str) -> Iterator[Row]:
         Where it cannot be read.
     """
     if is_url(text):
-        return Parts(text).rows()
+        return RemoteManifest(text).rows()
     try:
-        stream = open(local(text), "rb")  # noqa: SIM115
+        stream = open(strip_scheme(text), "rb")  # noqa: SIM115  # closed when its last line has been read
     except OSError as error:
         raise InputError(f"{text}: cannot be read: {error.strerror}") from None
-    return chain.from_iterable(map(_row, stream))
+    return chain.from_iterable(map(_parse_row, stream))
 
 
-class Lines:
-    """A file of this machine, locked while it is open."""
+class LocalManifest:
+    """A file of this machine. While it is open, a lock keeps other runs out; it ends with the process."""
 
     def __init__(self, path: str) -> None:
         self.path = path
+        folder, name = os.path.split(path)
         try:
-            os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
-            self._file = open(path, "ab+", buffering=0)  # noqa: SIM115
+            os.makedirs(folder or ".", exist_ok=True)
+            self._lock = FileLock(os.path.join(folder, f".{name}.lock"))
+            self._lock.acquire(blocking=False)
+            self._file = open(path, "ab+", buffering=0)  # noqa: SIM115  # `close` closes it
+        except Timeout:
+            raise UsageError(f"{path}: another run writes it: wait for it, or give another --manifest") from None
         except OSError as error:
             raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
-        _lock(self._file.fileno(), path)
         self._end = os.fstat(self._file.fileno()).st_size
         self._synced = time.monotonic()
 
     @property
     def empty(self) -> bool:
+        """Whether no earlier run has left a row."""
         return self._end == 0
 
     def clear(self) -> None:
-        self._file.truncate(0)
-        self._end = 0
+        """Remove the rows of earlier runs."""
+        self._cut(0)
 
-    def rows(self) -> Iterator[Row]:
-        """Rows of earlier runs; what was torn off a last line is cut."""
-        self._file.seek(0)
+    def rows(self) -> Iterator[FileRow]:
+        """Yield the rows of earlier runs, and cut off a torn last line; read them all before you append."""
         end = 0
-        # The descriptor is the lock, and stays; the buffer is for reading alone.
-        with open(os.dup(self._file.fileno()), "rb") as stream:
+        with open(self.path, "rb") as stream:
             for line in stream:
                 if line.endswith(b"\n"):
                     end += len(line)
-                    yield from _row(line)
+                    yield from _parse_row(line)
         self._cut(end)
 
-    def append(self, row: Row) -> None:
-        """Add a row; where there is no room for all of it, none of it stays."""
+    def append(self, row: FileRow) -> None:
+        """Append a row; where there is no room for all of it, none of it stays."""
         line = row.to_line()
         try:
             written = self._file.write(line)
@@ -120,13 +106,17 @@ class Lines:
                 self._sync()
         except OSError as error:
             self._cut(self._end)
-            raise OutputError(f"{self.path}: cannot be written: {error.strerror}: make room, then --resume") from error
+            raise OutputError(
+                f"{self.path}: cannot be written: {error.strerror}: make room, then use --resume"
+            ) from error
         self._end += len(line)
 
     def close(self) -> None:
+        """Write all rows to the disk, and let other runs in."""
         if not self._file.closed:
             self._sync()
             self._file.close()
+            self._lock.release()
 
     def _sync(self) -> None:
         os.fsync(self._file.fileno())
@@ -137,13 +127,13 @@ class Lines:
         self._end = end
 
 
-class Parts:
-    """Numbered objects behind a URL."""
+class RemoteManifest:
+    """Numbered objects behind a URL, with the methods of `LocalManifest`."""
 
     def __init__(self, url: str) -> None:
         self.url = url
-        storage = storage_of(url)
-        assert isinstance(storage, Remote)
+        storage = open_storage(url)
+        assert isinstance(storage, RemoteStorage)
         self._system = storage.system
         self._lines: list[bytes] = []
         self._written = time.monotonic()
@@ -152,29 +142,29 @@ class Parts:
 
     @property
     def empty(self) -> bool:
+        """Whether no earlier run has left a row."""
         return not self._parts
 
     def clear(self) -> None:
+        """Remove the rows of earlier runs."""
         for part in self._parts:
             self._system.rm_file(part)
         self._parts, self._next = [], 1
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[FileRow]:
+        """Yield the rows of earlier runs."""
         for part in self._parts:
             with self._system.open(part, "rb") as stream:
                 for line in stream:
-                    yield from _row(line)
+                    yield from _parse_row(line)
 
-    def append(self, row: Row) -> None:
-        """Add a row to the part that is to be written next."""
+    def append(self, row: FileRow) -> None:
+        """Append a row to the part that is written next."""
         self._lines.append(row.to_line())
         if time.monotonic() - self._written > SYNC_SECONDS:
-            self._write()
+            self.close()
 
     def close(self) -> None:
-        self._write()
-
-    def _write(self) -> None:
         """Write the part, if it has rows."""
         self._written = time.monotonic()
         if not self._lines:
@@ -188,27 +178,12 @@ class Parts:
         self._lines, self._next = [], self._next + 1
 
 
-def _row(line: bytes) -> Iterator[Row]:
-    """The row of a line, if it holds one: what a crash of the machine left in between costs no other."""
+Manifest: TypeAlias = LocalManifest | RemoteManifest
+
+
+def _parse_row(line: bytes) -> Iterator[FileRow]:
+    """Yield the row of a line, if it is one: damage that a crash of the machine left does not lose other rows."""
     try:
-        yield Row.from_line(line)
+        yield FileRow.from_line(line)
     except ValueError:
-        return
-
-
-def _lock(descriptor: int, path: str) -> None:
-    """Keep other runs out; the system takes the lock back however this one ends.
-
-    Raises
-    ------
-    UsageError
-    """
-    import fcntl
-
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        raise UsageError(f"{path}: another run writes it: wait for it, or give another --manifest") from None
-    except OSError:
-        # A file system without locks.
         return

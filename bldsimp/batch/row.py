@@ -1,7 +1,8 @@
-"""One row of the manifest: what became of a file."""
+"""One row of the manifest: the result of one file."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import re
@@ -12,37 +13,25 @@ from .task import Task
 
 DONE, FAILED = "done", "failed"
 
-KINDS = {
-    "refused": "no file that can be read: a FIFO, a device, a link that leads nowhere",
-    "input": "cannot be read as a mesh",
-    "output": "cannot be written",
-    "full": "the disk is full",
-    "memory": "needs more memory than it may use",
-    "timeout": "takes too long",
-    "crash": "its process died",
-    "internal": "a bug in bldsimp",
-}
-"""What a file may fail by, in words."""
-
 
 @dataclass
-class Row:
-    """What became of a file; docs/batch.md describes the fields.
+class FileRow:
+    """The result of one file; docs/batch.md describes the fields.
 
     Attributes
     ----------
     input, output : str
-        Names beneath the roots; in the manifest as `escaped` writes them.
+        Names below the roots; the manifest has them as `escape_name` writes them.
     format_before, format_after : str
         Of the input and of the result.
     status : str
         ``done`` or ``failed``.
     kind : str or None
-        One of `KINDS` where it failed.
+        Why it failed: one word of those in docs/batch.md.
     error : str or None
         One line.
     beside : list of dict
-        ``name``, ``bytes``, ``mtime_ns`` and ``sha256`` of what the input names, see `Scene.beside`.
+        ``name``, ``bytes``, ``mtime_ns`` and ``sha256`` of each file that the input names, see `Scene.beside`.
     """
 
     input: str
@@ -77,67 +66,74 @@ class Row:
         return self.status != DONE
 
     def to_line(self) -> bytes:
-        """The row as one line of JSON, in UTF-8 that every reader takes."""
+        """Encode the row as one line of JSON, in valid UTF-8."""
         values = vars(self) | {
-            "input": escaped(self.input),
-            "output": escaped(self.output),
-            "error": self.error and _readable(self.error),
-            "beside": [each | {"name": escaped(each["name"])} for each in self.beside],
-            "warnings": [_readable(text) for text in self.warnings],
+            "input": escape_name(self.input),
+            "output": escape_name(self.output),
+            "error": self.error and _make_printable(self.error),
+            "beside": [each | {"name": escape_name(each["name"])} for each in self.beside],
+            "warnings": [_make_printable(text) for text in self.warnings],
         }
         text = json.dumps(values, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
         return text.encode("utf-8") + b"\n"
 
     @classmethod
-    def from_line(cls, line: bytes) -> Row:
-        """The row that a line holds.
+    def from_line(cls, line: bytes) -> FileRow:
+        """Decode the row on a line.
 
         Raises
         ------
         ValueError
-            Where it holds none.
+            Where the line is not a row.
         """
         values = json.loads(line)
         try:
             row = cls(**{name: value for name, value in values.items() if name in cls.__dataclass_fields__})
-            row.input, row.output = unescaped(row.input), unescaped(row.output)
-            row.beside = [each | {"name": unescaped(each["name"])} for each in row.beside]
+            row.input, row.output = unescape_name(row.input), unescape_name(row.output)
+            row.beside = [each | {"name": unescape_name(each["name"])} for each in row.beside]
         except (TypeError, AttributeError, KeyError):
             raise ValueError("not a row") from None
         return row
 
 
-def failure(task: Task, kind: str, error: str) -> Row:
-    """The row of a file that failed."""
-    return Row(
-        task.name,
-        task.output,
-        FAILED,
-        kind,
-        error,
-        task.from_,
-        task.to,
-        input_bytes=task.size,
-        input_mtime_ns=task.mtime,
-        attempts=2 if task.again else 1,
+def make_row(task: Task, status: str, **values: Any) -> FileRow:
+    """Make the row of a task that has ended."""
+    attempts = 2 if task.again else 1
+    return FileRow(
+        task.name, task.output, status, format_before=task.from_, format_after=task.to, attempts=attempts, **values
     )
 
 
-def escaped(name: str) -> str:
-    """A file's name as text: bytes that are no UTF-8 as ``%FF``, and the percent sign itself as ``%25``."""
+def make_failure(task: Task, kind: str, error: str) -> FileRow:
+    """Make the row of a file that failed."""
+    return make_row(task, FAILED, kind=kind, error=error, input_bytes=task.size, input_mtime_ns=task.mtime)
+
+
+def make_retry(task: Task, row: FileRow) -> Task | None:
+    """Return the task for a second try; None where there is none.
+
+    A full disk is not the file's fault: the run goes on once there is room.
+    """
+    if not row.failed or row.kind in ("refused", "full") or task.again:
+        return None
+    return dataclasses.replace(task, again=True)
+
+
+def escape_name(name: str) -> str:
+    """Write a file's name as text: bytes that are not UTF-8 as ``%FF``, and the percent sign as ``%25``."""
     if name.isascii() and "%" not in name:
         return name
     text = os.fsencode(name).replace(b"%", b"%25").decode("utf-8", "surrogateescape")
     return "".join(f"%{ord(letter) - 0xDC00:02X}" if "\udc80" <= letter <= "\udcff" else letter for letter in text)
 
 
-def unescaped(text: str) -> str:
-    """The name that `escaped` wrote."""
+def unescape_name(text: str) -> str:
+    """Read a name that `escape_name` wrote."""
     if "%" not in text:
         return text
     return os.fsdecode(re.sub(rb"%([0-9A-F]{2})", lambda found: bytes([int(found[1], 16)]), text.encode("utf-8")))
 
 
-def _readable(text: str) -> str:
-    """A message; what is no UTF-8 in a name that it tells is only shown."""
+def _make_printable(text: str) -> str:
+    """Escape what is not UTF-8 in a message, which only shows the name that it contains."""
     return text.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -1,25 +1,34 @@
-"""A batch from its plan to its end: rows go from the engine to the manifest."""
+"""Run a batch from its plan to its end: each row goes from the pool to the manifest."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
 from itertools import chain
+from typing import TYPE_CHECKING
 
 from .. import __version__
 from ..errors import OutputError
 from ..options import Options
-from .engine import Engine
 from .inputs import Plan
-from .manifest import Manifest
-from .row import Row
-from .storage import storage_of
-from .summary import Totals
-from .task import recipe
+from .row import FileRow
+from .storage import open_storage
+from .task import encode_options
+from .totals import Totals
+
+if TYPE_CHECKING:
+    from .dask import DaskPool
+    from .manifest import Manifest
+    from .pool import Pool
 
 
 def run_batch(
-    plan: Plan, options: Options, engine: Engine, manifest: Manifest, totals: Totals, tell: Callable[[Row], None]
+    plan: Plan,
+    options: Options,
+    pool: Pool | DaskPool,
+    manifest: Manifest,
+    totals: Totals,
+    show: Callable[[FileRow], None],
 ) -> None:
     """Run a plan and record it.
 
@@ -27,44 +36,44 @@ def run_batch(
     ----------
     plan : Plan
     options : Options
-        Those that the engine works with.
-    engine : Engine
+        Those that the pool works with.
+    pool : Pool or DaskPool
     manifest : Manifest
-        Each row is in it before it is told.
+        Gets each row before it is shown.
     totals : Totals
         Counts the rows.
-    tell : callable
+    show : callable
         Shows a row.
 
     Raises
     ------
     OutputError
-        Where the disk is full: what has ended is recorded, and nothing more was begun.
+        Where the disk is full: every file that ended is recorded, and no other one was begun.
     """
-    full: Row | None = None
-    died, made_with = False, recipe(options)
+    full: FileRow | None = None
+    died, made_with = False, encode_options(options)
     try:
-        for row in chain(plan.refused, engine.run(plan.tasks)):
+        for row in chain(plan.refused, pool.run(plan.tasks)):
             row.options, row.version = made_with, __version__
             manifest.append(row)
             totals.add(row)
-            tell(row)
+            show(row)
             died = died or row.attempts > 1 or row.kind in ("timeout", "crash")
             if row.kind == "full" and full is None:
                 full = row
-                engine.stop()
+                pool.stop()
     except BaseException:
         died = True
-        engine.kill()
+        pool.kill()
         raise
     finally:
         if died:
-            clear(plan)
+            remove_leftovers(plan)
     if full is not None:
-        raise OutputError(f"{full.error}: make room, then --resume")
+        raise OutputError(f"{full.error}: make room, then use --resume")
 
 
-def clear(plan: Plan) -> None:
-    """Remove what processes that were killed have left beside the outputs."""
+def remove_leftovers(plan: Plan) -> None:
+    """Remove what killed processes left next to the outputs."""
     for folder in {os.path.dirname(task.target) for task in plan.tasks}:
-        storage_of(folder).clear(folder)
+        open_storage(folder).clear(folder)

@@ -1,7 +1,7 @@
 """Where files are: paths of this machine, or URLs that fsspec knows.
 
-Names beneath a root have ``/`` between. Hidden files and folders are left out, and links to folders are not followed,
-so that no walk can go round in circles.
+Names below a root have ``/`` between folders. Hidden files and folders are left out, and links to folders are not
+followed, so that no walk can run in circles.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, Protocol, cast
+from typing import Any, BinaryIO, NamedTuple, TypeAlias, cast
 
 from ..errors import InputError, OutputError, UsageError
 from ..io.atomic import clear_leftovers
@@ -29,18 +29,21 @@ _KINDS = {
     stat.S_IFDIR: "a folder",
 }
 
+_TIMES = ("mtime", "LastModified", "last_modified", "updated", "created")
+"""What the file systems of fsspec call the time of the last change."""
 
-class Entry(NamedTuple):
+
+class FileEntry(NamedTuple):
     """A file that was found.
 
     Attributes
     ----------
     name : str
-        Beneath the root of the walk.
+        Below the root of the walk.
     size : int
         Bytes.
     mtime : int
-        Nanoseconds since 1970; 0 where nobody knows.
+        Nanoseconds since 1970; 0 where it is not known.
     refusal : str or None
         Why it cannot be read as a file; nothing was opened.
     """
@@ -51,55 +54,28 @@ class Entry(NamedTuple):
     refusal: str | None = None
 
 
-class Storage(Protocol):
-    """What `batch` wants of a place that holds files; every path is whole."""
-
-    def find(self, root: str, wanted: Callable[[str], bool], skipped: str) -> Iterator[Entry]:
-        """Files beneath a root whose names are wanted, in order; nothing beneath another folder, `skipped`."""
-
-    def entry(self, path: str, name: str) -> Entry:
-        """One file; refused where it is none."""
-
-    def sizes(self, root: str) -> Callable[[str], int | None]:
-        """Tells the size of each file beneath a root by its name; None where there is none."""
-
-    def is_folder(self, path: str) -> bool: ...
-
-    def open(self, path: str) -> BinaryIO:
-        """To read it."""
-
-    def reading(self, path: str) -> Any:
-        """Context of a file of this machine with the same bytes."""
-
-    def writing(self, path: str) -> Any:
-        """Context of a path of this machine; the files that are there at the end appear whole."""
-
-    def clear(self, folder: str) -> None:
-        """Remove what processes that were killed left in a folder."""
-
-
 def is_url(text: str) -> bool:
-    """Whether a text has a scheme and ``file`` is not the one."""
+    """Tell whether a text has a scheme other than ``file``."""
     return bool(_SCHEME.match(text)) and not text.startswith("file://")
 
 
-def local(text: str) -> str:
-    """A path without the scheme ``file``."""
+def strip_scheme(text: str) -> str:
+    """Remove the scheme ``file`` from a path."""
     return text.removeprefix("file://")
 
 
-def whole(text: str) -> str:
-    """A path from the top, without the scheme ``file``; a URL as it is."""
-    return text if is_url(text) else os.path.abspath(local(text))
+def make_absolute(text: str) -> str:
+    """Make a path absolute, without the scheme ``file``; a URL stays as it is."""
+    return text if is_url(text) else os.path.abspath(strip_scheme(text))
 
 
-def join(root: str, name: str) -> str:
-    """The path or URL of a name beneath a root."""
+def join_path(root: str, name: str) -> str:
+    """Join the path or URL of a folder and a name below it."""
     return f"{root.rstrip('/')}/{name}"
 
 
-def storage_of(text: str) -> Storage:
-    """The storage that a path or URL is in.
+def open_storage(text: str) -> Storage:
+    """Open the storage that a path or URL is in.
 
     Raises
     ------
@@ -107,27 +83,28 @@ def storage_of(text: str) -> Storage:
         Where fsspec is not installed or does not know the scheme.
     """
     if not is_url(text):
-        return Disk()
+        return LocalStorage()
     try:
         import fsspec
 
-        return Remote(fsspec.core.url_to_fs(text)[0], text.split("://")[0])
+        return RemoteStorage(fsspec.core.url_to_fs(text)[0], text.split("://")[0])
     except (ImportError, ValueError) as error:
-        raise UsageError(f"{text}: {error}: install bldsimp[dask], and what fsspec names for the scheme") from None
+        raise UsageError(f"{text}: {error}: install bldsimp[dask], and the package that fsspec names") from None
 
 
-def digest(stream: BinaryIO) -> str:
-    """SHA-256 of a stream, in hexadecimal; the memory does not grow with it."""
+def hash_stream(stream: BinaryIO) -> str:
+    """Return the SHA-256 of a stream, in hexadecimal; the memory does not grow with it."""
     total = hashlib.sha256()
     while block := stream.read(1 << 18):
         total.update(block)
     return total.hexdigest()
 
 
-class Disk:
-    """Paths of this machine."""
+class LocalStorage:
+    """Paths of this machine; every path is absolute."""
 
-    def find(self, root: str, wanted: Callable[[str], bool], skipped: str) -> Iterator[Entry]:
+    def find(self, root: str, is_wanted: Callable[[str], bool], skipped: str) -> Iterator[FileEntry]:
+        """Find the files below a root whose names are wanted, in order, but none below the folder `skipped`."""
         waiting, skipped = [""], os.path.realpath(skipped)
         while waiting:
             folder = waiting.pop()
@@ -135,7 +112,7 @@ class Disk:
                 with os.scandir(os.path.join(root, folder)) as found:
                     entries = sorted(found, key=lambda entry: entry.name)
             except OSError as error:
-                yield Entry(folder.rstrip("/"), refusal=f"the folder cannot be read: {error.strerror}")
+                yield FileEntry(folder.rstrip("/"), refusal=f"the folder cannot be read: {error.strerror}")
                 continue
             folders = []
             for each in entries:
@@ -145,40 +122,45 @@ class Disk:
                 if each.is_dir(follow_symlinks=False):
                     if os.path.realpath(each.path) != skipped:
                         folders.append(name + "/")
-                elif wanted(name) and not (each.is_symlink() and os.path.isdir(each.path)):
-                    yield self.entry(each.path, name)
+                elif is_wanted(name) and not (each.is_symlink() and os.path.isdir(each.path)):
+                    yield self.look_up(each.path, name)
             waiting += reversed(folders)
 
-    def entry(self, path: str, name: str) -> Entry:
+    def look_up(self, path: str, name: str) -> FileEntry:
+        """Look at one file; what is not a file is refused."""
         try:
             found = os.stat(path)
         except OSError as error:
-            return Entry(name, refusal=(error.strerror or str(error)).lower())
+            return FileEntry(name, refusal=(error.strerror or str(error)).lower())
         if not stat.S_ISREG(found.st_mode):
-            return Entry(name, refusal=f"is {_KINDS.get(stat.S_IFMT(found.st_mode), 'no file')}, not a file")
-        return Entry(name, found.st_size, found.st_mtime_ns)
+            return FileEntry(name, refusal=f"is {_KINDS.get(stat.S_IFMT(found.st_mode), 'something else')}, not a file")
+        return FileEntry(name, found.st_size, found.st_mtime_ns)
 
-    def sizes(self, root: str) -> Callable[[str], int | None]:
-        def size(name: str) -> int | None:
-            try:
-                return os.stat(os.path.join(root, name)).st_size
-            except OSError:
-                return None
+    def list_sizes(self, root: str) -> Callable[[str], int | None]:
+        """Return a function that gives the size of a file below a root by its name; None where there is none."""
 
-        return size
+        def find_size(name: str) -> int | None:
+            entry = self.look_up(os.path.join(root, name), name)
+            return None if entry.refusal else entry.size
+
+        return find_size
 
     def is_folder(self, path: str) -> bool:
+        """Tell whether a path is a folder."""
         return os.path.isdir(path)
 
     def open(self, path: str) -> BinaryIO:
+        """Open a file to read it."""
         return open(path, "rb")
 
     @contextmanager
-    def reading(self, path: str) -> Iterator[Path]:
+    def fetch(self, path: str) -> Iterator[Path]:
+        """Yield the path of a file of this machine with the same bytes."""
         yield Path(path)
 
     @contextmanager
-    def writing(self, path: str) -> Iterator[Path]:
+    def store(self, path: str) -> Iterator[Path]:
+        """Yield a path of this machine to write to; the files that are there at the end appear whole."""
         target = Path(path)
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
@@ -187,50 +169,56 @@ class Disk:
         yield target
 
     def clear(self, folder: str) -> None:
+        """Remove what killed processes left in a folder."""
         clear_leftovers(Path(folder))
 
 
-class Remote:
-    """A file system of fsspec's. An object store shows a new object once it is whole; other kinds may not.
+class RemoteStorage:
+    """A file system of fsspec, with the methods of `LocalStorage`.
 
-    A model's own buffers, libraries and textures are not fetched: GLB and PLY need none.
+    An object store shows a new object once it is whole; other kinds may not. The buffers, libraries and textures of a
+    model are not fetched: GLB and PLY need none.
     """
 
     def __init__(self, system: Any, scheme: str) -> None:
         self.system = system
         self.scheme = scheme
 
-    def find(self, root: str, wanted: Callable[[str], bool], skipped: str) -> Iterator[Entry]:
+    def find(self, root: str, is_wanted: Callable[[str], bool], skipped: str) -> Iterator[FileEntry]:
+        """Find the files below a root whose names are wanted, in order, but none below the folder `skipped`."""
         base = self.system._strip_protocol(root).rstrip("/") + "/"
-        others = skipped.rstrip("/") + "/" if is_url(skipped) else ""
-        beneath = self.system._strip_protocol(others).rstrip("/") + "/" if others.startswith(self.scheme) else base
+        other = skipped.startswith(self.scheme + "://") and self.system._strip_protocol(skipped).rstrip("/") + "/"
         for path, information in sorted(self.system.find(base, detail=True).items()):
             name = path.removeprefix(base)
             hidden = any(part.startswith(".") for part in name.split("/"))
-            if wanted(name) and not hidden and (beneath == base or not path.startswith(beneath)):
-                yield _remote_entry(name, information)
+            if is_wanted(name) and not hidden and not (other and other != base and path.startswith(other)):
+                yield _make_entry(name, information)
 
-    def entry(self, path: str, name: str) -> Entry:
+    def look_up(self, path: str, name: str) -> FileEntry:
+        """Look at one file; what is not a file is refused."""
         try:
             information = self.system.info(path)
         except OSError as error:
-            return Entry(name, refusal=(error.strerror or f"no such file: {path}").lower())
+            return FileEntry(name, refusal=(error.strerror or f"no such file: {path}").lower())
         if information["type"] != "file":
-            return Entry(name, refusal="is a folder, not a file")
-        return _remote_entry(name, information)
+            return FileEntry(name, refusal="is a folder, not a file")
+        return _make_entry(name, information)
 
-    def sizes(self, root: str) -> Callable[[str], int | None]:
-        # One listing instead of a question for each file.
+    def list_sizes(self, root: str) -> Callable[[str], int | None]:
+        """Return a function that gives the size of a file below a root by its name, from a single listing."""
         return {entry.name: entry.size for entry in self.find(root, bool, "")}.get
 
     def is_folder(self, path: str) -> bool:
+        """Tell whether a URL is a folder."""
         return bool(self.system.isdir(path))
 
     def open(self, path: str) -> BinaryIO:
+        """Open a file to read it."""
         return cast(BinaryIO, self.system.open(path, "rb"))
 
     @contextmanager
-    def reading(self, path: str) -> Iterator[Path]:
+    def fetch(self, path: str) -> Iterator[Path]:
+        """Yield the path of a copy on this machine."""
         with tempfile.TemporaryDirectory(prefix="bldsimp-") as folder:
             here = Path(folder, path.rsplit("/", 1)[1])
             try:
@@ -240,7 +228,8 @@ class Remote:
             yield here
 
     @contextmanager
-    def writing(self, path: str) -> Iterator[Path]:
+    def store(self, path: str) -> Iterator[Path]:
+        """Yield a path of this machine to write to; the files that are there at the end are copied to the URL."""
         root, name = path.rsplit("/", 1)
         with tempfile.TemporaryDirectory(prefix="bldsimp-") as folder:
             yield Path(folder, name)
@@ -254,22 +243,15 @@ class Remote:
                 raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from error
 
     def clear(self, folder: str) -> None:
-        """Nothing: what is not whole does not appear."""
+        """Do nothing: files that are not whole do not appear."""
 
 
-def _remote_entry(name: str, information: dict[str, Any]) -> Entry:
-    """An entry of what a file system tells; each names the time in its own way."""
-    changed = next(
-        (
-            information[key]
-            for key in ("mtime", "LastModified", "last_modified", "updated", "created")
-            if information.get(key) is not None
-        ),
-        0,
-    )
+Storage: TypeAlias = LocalStorage | RemoteStorage
+
+
+def _make_entry(name: str, information: dict[str, Any]) -> FileEntry:
+    """Make an entry of what a file system tells."""
+    changed = next((information[key] for key in _TIMES if information.get(key) is not None), 0)
     seconds = changed.timestamp() if hasattr(changed, "timestamp") else changed
-    return Entry(name, int(information.get("size") or 0), int(float(seconds) * 1e9) if _is_number(seconds) else 0)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float))
+    mtime = int(float(seconds) * 1e9) if isinstance(seconds, (int, float)) else 0
+    return FileEntry(name, int(information.get("size") or 0), mtime)

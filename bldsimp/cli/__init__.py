@@ -6,7 +6,7 @@ import os
 import sys
 from typing import TextIO
 
-from .signals import INTERRUPTED, answered
+from .signals import INTERRUPTED, handle_signals
 
 DONE, FAILED, WRONG_USAGE = 0, 1, 2
 
@@ -17,14 +17,14 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Those of the process where left out.
+        Those of the process by default.
 
     Returns
     -------
     int
         0 done, 1 a file unreadable or not written, 2 wrong usage, 130 interrupted.
     """
-    with answered():
+    with handle_signals():
         try:
             return _run(arguments)
         except KeyboardInterrupt:
@@ -32,8 +32,8 @@ def main(arguments: list[str] | None = None) -> int:
         except MemoryError:
             return _fail("out of memory", FAILED)
         except BrokenPipeError:
-            # Whoever read the output is gone, and there is nothing wrong to tell.
-            _mute()
+            # The reader of the output is gone; that is no error to report.
+            _mute(sys.stdout, sys.stderr)
             return FAILED
         except OSError as error:
             _mute(sys.stdout)
@@ -41,7 +41,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(arguments: list[str] | None) -> int:
-    """Run a command; its modules, which take most of a short run, are loaded here and not before."""
+    """Run a command. Its modules, which take most of a short run, are loaded here and not before."""
     import logging
 
     import click
@@ -49,9 +49,9 @@ def _run(arguments: list[str] | None) -> int:
     from ..errors import BldsimpError, InternalError, UsageError
     from .commands import bldsimp
 
-    # What trimesh says of a file that it cannot read ends in our own one line.
+    # Our own message covers what trimesh logs of a file that it cannot read.
     logging.getLogger("trimesh").addHandler(logging.NullHandler())
-    # A name may hold what the terminal's encoding does not.
+    # A name may contain letters that the terminal's encoding does not have.
     if hasattr(sys.stdout, "reconfigure"):
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
@@ -74,19 +74,19 @@ def _run(arguments: list[str] | None) -> int:
 
 
 def _fail(message: str, code: int) -> int:
-    """One line on stderr; where even that cannot be written, the code alone tells."""
-    from ..report import one_line
+    """Print one line on stderr, if it can be written, and return the exit code."""
+    from ..display import sanitize_line
 
     try:
         if sys.stderr is not None:
-            print("bldsimp: error: " + one_line(message), file=sys.stderr, flush=True)
+            print("bldsimp: error: " + sanitize_line(message), file=sys.stderr, flush=True)
     except OSError:
         _mute(sys.stderr)
     return code
 
 
-def _mute(*streams: TextIO) -> None:
-    """Let what is still buffered go nowhere: at its end the interpreter would try, and fail, once more."""
-    for stream in streams or (sys.stdout, sys.stderr):
+def _mute(*streams: TextIO | None) -> None:
+    """Discard what is still buffered: at its end the interpreter would try, and fail, to write it."""
+    for stream in streams:
         if stream is not None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

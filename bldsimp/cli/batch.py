@@ -3,234 +3,226 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..display import parse_bytes, sanitize_line
 from ..errors import InputError, UsageError
-from ..options import BATCH_NAME, BATCH_TIMEOUT, DEFAULTS, Options
-from .chosen import chosen
-from .paths import check_format, check_open, plain_format, standard_input
-from .signals import first_interrupt, unwind
+from ..options import BATCH_NAME, BATCH_TIMEOUT, Options
+from .options import FILE, FROM, add_options, make_options, parse_with
+from .paths import check_format, check_standard_output, normalize_format, read_standard_input
+from .signals import GracefulInterrupt, raise_on_signals
 
 if TYPE_CHECKING:
-    from ..batch.engine import Engine
-    from ..batch.inputs import Layout, Plan
+    from ..batch.dask import DaskPool
+    from ..batch.inputs import OutputLayout, Plan
     from ..batch.manifest import Manifest
-    from ..batch.summary import Totals
+    from ..batch.pool import Pool
+    from ..batch.totals import Totals
 
 _EXAMPLES = """
 \b
 Examples:
-  bldsimp batch models/ light/ --to glb -j 8
-  bldsimp batch 'tiles/**/*.obj' light/ --tolerance 0.05 --resume
-  find . -name '*.ply' -print0 | bldsimp batch - light/
-  bldsimp batch models/ light/ --scheduler tcp://head:8786
-  bldsimp batch --summary light/manifest.jsonl
+  bldsimp batch models/ results/ --to glb -j 8
+  bldsimp batch 'tiles/**/*.obj' results/ --tolerance 0.05 --resume
+  find . -name '*.ply' -print0 | bldsimp batch - results/
+  bldsimp batch models/ results/ --scheduler tcp://head:8786
+  bldsimp batch --summary results/manifest.jsonl
 """
 
 MANIFEST = "manifest.jsonl"
 
 MOST_SECONDS = 1e6
-"""Twelve days; not much more than this can a system wait for a file at all."""
+"""Upper limit of the operating system's wait call, about 12 days."""
 
 
 @dataclass(frozen=True)
-class Wishes:
-    """How a batch is to run, beside what is to be done to each file."""
+class RunSettings:
+    """How a batch runs, apart from the options for each file."""
 
     overwrite: bool
     resume: bool
     verify: bool
-    jobs: int
+    jobs: int | None
     memory: int | None
-    timeout: float | None
+    timeout: float
     scheduler: str | None
     quiet: bool
 
 
+def _parse_timeout(text: str) -> float:
+    """Parse seconds; nan fails, too."""
+    try:
+        if 0 < float(text) <= MOST_SECONDS:
+            return float(text)
+    except ValueError:
+        pass
+    raise UsageError(f"'{text}': give a number above 0 and at most {MOST_SECONDS:,.0f} seconds")
+
+
 @click.command(epilog=_EXAMPLES)
-@click.argument("paths", metavar="IN... OUT", nargs=-1)
+@click.argument("sources", metavar="IN...", nargs=-1, type=click.Path(readable=False))
+@click.argument("target", metavar="OUT", required=False, type=click.Path(file_okay=False, readable=False))
+@add_options
+@FROM
 @click.option("--to", metavar="FORMAT", help="Format of the results.  [default: that of each input]")
-@click.option("--from", "from_", metavar="FORMAT", help="Format of the inputs, where their suffix does not tell.")
 @click.option(
     "--name",
     default=BATCH_NAME,
     metavar="TEMPLATE",
-    help="Name of each result: {stem} and {from} of the input, {ext} of the result.  [default: " + BATCH_NAME + "]",
+    help="Name of each result: {stem} and {from} of the input, {ext} of the result.",
 )
-@click.option("-j", "--jobs", type=click.IntRange(1), metavar="N", help="Processes.  [default: one for each core]")
+@click.option(
+    "-j", "--jobs", type=click.IntRange(1), metavar="N", help="Number of processes.  [default: one for each core]"
+)
 @click.option(
     "--memory",
+    callback=parse_with(parse_bytes),
     metavar="BYTES",
-    help="Most that all processes may take together, say 8G; files that would not fit together wait. With --scheduler:"
-    " most for each file.  [default: 80 % of what is free; with --scheduler: no limit]",
+    help="Memory limit of all processes together, such as 8G; files that do not fit at the same time wait. With"
+    " --scheduler: limit for each file.  [default: 80 % of the free memory; with --scheduler: no limit]",
 )
 @click.option(
     "--timeout",
-    type=float,
-    callback=lambda context, option, seconds: _check_timeout(seconds),
-    default=BATCH_TIMEOUT,
+    callback=parse_with(_parse_timeout),
+    default=f"{BATCH_TIMEOUT:g}",
     metavar="SECONDS",
-    help=f"Most for each file.  [default: {BATCH_TIMEOUT:g}]",
+    help="Time limit for each file.",
 )
-@click.option("--manifest", metavar="FILE", help="Where each file's row goes.  [default: OUT/" + MANIFEST + "]")
-@click.option("--resume", is_flag=True, help="Go on: skip what the manifest records as done and what has not changed.")
-@click.option("--verify", is_flag=True, help="With --resume: tell what has changed by hashes of all files.")
-@click.option("--overwrite", is_flag=True, help="Replace files that exist; without --resume the manifest, too.")
-@click.option("--scheduler", metavar="ADDRESS", help="Run on a cluster of Dask's; wants bldsimp[dask].")
-@click.option("--summary", metavar="MANIFEST", help="Only tell what a manifest holds.")
-@click.option("-q", "--quiet", is_flag=True, help="No progress and no summary.")
+@click.option("--manifest", type=FILE, metavar="FILE", help=f"Where to record each file.  [default: OUT/{MANIFEST}]")
+@click.option("--resume", is_flag=True, help="Skip files that the manifest records as done and that have not changed.")
+@click.option("--verify", is_flag=True, help="With --resume: compare the hashes of all files.")
+@click.option("--overwrite", is_flag=True, help="Replace files that exist; without --resume also the manifest.")
+@click.option("--scheduler", metavar="ADDRESS", help="Run on a Dask cluster; needs bldsimp[dask].")
+@click.option("--summary", type=FILE, metavar="MANIFEST", help="Only print the totals of a manifest.")
+@click.option("-q", "--quiet", is_flag=True, help="Print no progress and no summary.")
 def batch(
-    paths: tuple[str, ...],
+    *,
+    sources: tuple[str, ...],
+    target: str | None,
     to: str | None,
     from_: str | None,
     name: str,
-    jobs: int | None,
-    memory: str | None,
-    timeout: float,
     manifest: str | None,
-    resume: bool,
-    verify: bool,
-    overwrite: bool,
-    scheduler: str | None,
     summary: str | None,
-    quiet: bool,
-    **options: Any,
+    **values: Any,
 ) -> None:
-    """Simplify many files, each alone: a bad one costs no other.
+    """Simplify many files. One bad file does not stop the others.
 
     IN is a folder, a glob in quotes ('**' stands for any folders), a file, or '-' for a list of files on standard
-    input. OUT mirrors the folders of the inputs. Paths may be URLs that fsspec knows.
+    input. OUT mirrors the folders of the inputs. Paths may be URLs that fsspec supports.
 
-    One line of JSON for each file goes to a manifest, which --resume goes on from. Ctrl-C finishes what is running;
-    twice stops now. The exit code is 1 where a file failed.
+    The manifest gets one line of JSON for each file, and --resume continues from it. Ctrl-C finishes the files that
+    are running; press it twice to stop now. The exit code is 1 if a file failed.
     """
+    settings = RunSettings(**{each.name: values.pop(each.name) for each in fields(RunSettings)})
     if summary is not None:
-        if paths:
+        if target:
             raise UsageError("--summary: takes no other files")
         _summarize(summary)
         return
     if os.name != "posix":
         raise UsageError("batch needs Linux or macOS: on Windows use it in WSL")
-    if len(paths) < 2:
+    if target is None or not sources:
         raise UsageError("give the files to simplify, and a folder for the results (try 'bldsimp batch --help')")
-    if verify and not resume:
-        raise UsageError("--verify: goes with --resume")
-    from ..batch.inputs import Layout
-    from ..batch.memory import free_memory, jobs_for, parse_bytes
-    from ..batch.storage import whole
+    if settings.verify and not settings.resume:
+        raise UsageError("--verify: needs --resume")
+    from ..batch.inputs import OutputLayout
+    from ..batch.storage import make_absolute
 
-    most = parse_bytes(memory) if memory else None if scheduler else free_memory()
-    jobs = jobs or jobs_for(most or free_memory(), _cores())
-    wishes = Wishes(overwrite, resume, verify, jobs, most, timeout, scheduler, quiet)
-    layout = Layout(whole(paths[-1]), name, to and plain_format(to), from_ and check_format(from_))
-    _run(paths[:-1], layout, manifest, chosen(**options), wishes)
+    layout = OutputLayout(make_absolute(target), name, to and normalize_format(to), from_ and check_format(from_))
+    _run(sources, layout, manifest, make_options(**values), settings)
 
 
-def take_options(command: click.Command) -> None:
-    """Let `batch` take the options of `simplify` that choose what is done to a file."""
-    fields = vars(DEFAULTS).keys() - {"baseline"}
-    batch.params += [option for option in command.params if option.name in fields]
-
-
-def _run(sources: Sequence[str], layout: Layout, manifest: str | None, options: Options, wishes: Wishes) -> None:
-    """Plan, run, tell."""
-    from ..batch.inputs import find_inputs, plan
+def _run(
+    sources: Sequence[str], layout: OutputLayout, manifest: str | None, options: Options, settings: RunSettings
+) -> None:
+    """Plan, run, and print the totals."""
+    from ..batch.inputs import find_inputs, plan_tasks
     from ..batch.manifest import open_manifest
     from ..batch.run import run_batch
-    from ..batch.storage import join
-    from ..batch.summary import Totals, totals_text
-    from ..report import one_line
-    from .batch_progress import BatchProgress
+    from ..batch.storage import join_path
+    from ..batch.totals import Totals
+    from .progress import BatchProgress
+    from .summary import describe_totals
 
-    todo = plan(find_inputs(_listed(sources), layout.root), layout)
-    where = manifest or join(layout.root, MANIFEST)
+    plan = plan_tasks(find_inputs(_expand_list(sources), layout.root), layout)
+    where = manifest or join_path(layout.root, MANIFEST)
     totals = Totals()
-    engine = _engine(options, wishes)
-    log = open_manifest(where, resume=wishes.resume, overwrite=wishes.overwrite)
+    pool = _make_pool(options, settings)
+    log = open_manifest(where, resume=settings.resume, overwrite=settings.overwrite)
     try:
-        _skip(todo, log, layout.root, options, wishes, totals)
-        unwind()
-        interruption = first_interrupt(engine.stop)
-        with BatchProgress(todo, quiet=wishes.quiet) as progress:
-            run_batch(todo, options, engine, log, totals, progress.tell)
+        _skip_done(plan, log, layout.root, options, settings, totals)
+        raise_on_signals()
+        interrupt = GracefulInterrupt(pool.stop)
+        with BatchProgress(plan, quiet=settings.quiet).show() as show:
+            run_batch(plan, options, pool, log, totals, show)
     finally:
         log.close()
-    if not wishes.quiet:
-        click.echo(totals_text(totals), err=True)
-        click.echo(f"manifest   {one_line(where)}", err=True)
-    if interruption.came:
+    if not settings.quiet:
+        click.echo(describe_totals(totals), err=True)
+        click.echo(f"manifest   {sanitize_line(where)}", err=True)
+    if interrupt.came:
         raise KeyboardInterrupt
     if totals.failed:
         raise InputError(f"{totals.failed:,} of {totals.failed + totals.done:,} files failed: see {where}")
 
 
-def _check_timeout(seconds: float) -> float:
-    # Written so that what is no number fails, too.
-    if not 0 < seconds <= MOST_SECONDS:
-        raise click.BadParameter(f"{seconds:g} is not above 0 and at most {MOST_SECONDS:,.0f} seconds")
-    return seconds
-
-
-def _listed(sources: Sequence[str]) -> list[str]:
-    """The sources; instead of '-' those that standard input lists."""
-    from ..batch.inputs import names_in
+def _expand_list(sources: Sequence[str]) -> list[str]:
+    """Replace '-' by the sources that standard input lists."""
+    from ..batch.inputs import parse_names
 
     if sources.count("-") > 1:
-        raise UsageError("IN: '-' can be read once only")
-    listed = []
-    for source in sources:
-        listed += names_in(standard_input()) if source == "-" else [source]
-    return listed
+        raise UsageError("IN: '-' can be read only once")
+    return [name for source in sources for name in (parse_names(read_standard_input()) if source == "-" else [source])]
 
 
-def _skip(todo: Plan, log: Manifest, root: str, options: Options, wishes: Wishes, totals: Totals) -> None:
-    """Take out of a plan what is done already; without a manifest, nothing may be there."""
-    from ..batch.resume import check_new, finished, unfinished
-    from ..batch.run import clear
+def _skip_done(plan: Plan, log: Manifest, root: str, options: Options, settings: RunSettings, totals: Totals) -> None:
+    """Remove from a plan what is done already; without a manifest, refuse to replace results."""
+    from ..batch.resume import collect_done, refuse_existing, select_remaining
+    from ..batch.run import remove_leftovers
 
     if not log.empty:
-        left = unfinished(todo.tasks, finished(log.rows(), options), root, verify=wishes.verify, jobs=wishes.jobs)
-        totals.skipped = len(todo.tasks) - len(left)
-        todo.tasks = left
-        clear(todo)
-    elif not wishes.overwrite:
-        check_new(todo.tasks, root)
+        done, count = collect_done(log.rows(), options), len(plan.tasks)
+        plan.tasks = select_remaining(
+            plan.tasks, done, root, verify=settings.verify, jobs=settings.jobs or _count_cores()
+        )
+        totals.skipped = count - len(plan.tasks)
+        remove_leftovers(plan)
+    elif not settings.overwrite:
+        refuse_existing(plan.tasks, root)
 
 
-def _engine(options: Options, wishes: Wishes) -> Engine:
-    """What runs the tasks."""
-    if wishes.scheduler is not None:
+def _make_pool(options: Options, settings: RunSettings) -> Pool | DaskPool:
+    """Make the pool that runs the tasks."""
+    from ..batch.task import WorkOrder
+
+    if settings.scheduler is not None:
         from ..batch.dask import DaskPool
 
-        return DaskPool(
-            wishes.scheduler, options, overwrite=wishes.overwrite, memory=wishes.memory, timeout=wishes.timeout
-        )
+        order = WorkOrder([], options, settings.overwrite, settings.memory)
+        return DaskPool(settings.scheduler, order, settings.timeout)
+    from ..batch.memory import choose_jobs, measure_free_memory
     from ..batch.pool import Pool
 
-    assert wishes.memory is not None
-
-    return Pool(
-        options,
-        overwrite=wishes.overwrite,
-        jobs=wishes.jobs,
-        memory=wishes.memory,
-        timeout=wishes.timeout,
-    )
+    memory = settings.memory or measure_free_memory()
+    jobs = settings.jobs or choose_jobs(memory, _count_cores())
+    return Pool(WorkOrder([], options, settings.overwrite), settings.timeout, jobs=jobs, memory=memory)
 
 
 def _summarize(manifest: str) -> None:
+    """Print the totals of a manifest."""
     from ..batch.manifest import read_manifest
-    from ..batch.summary import totals_of, totals_text
+    from ..batch.totals import sum_rows
+    from .summary import describe_totals
 
-    check_open(sys.stdout, "standard output")
-    click.echo(totals_text(totals_of(read_manifest(manifest))))
+    check_standard_output()
+    click.echo(describe_totals(sum_rows(read_manifest(manifest))))
 
 
-def _cores() -> int:
-    """Cores that this process may use."""
+def _count_cores() -> int:
+    """Count the cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,10 +1,9 @@
-"""`bldsimp compare`: what every method makes of the same buildings."""
+"""`bldsimp compare`: what every method makes of the same models."""
 
 from __future__ import annotations
 
+import io
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,8 +11,9 @@ import click
 
 from ..errors import InputError, UsageError
 from ..options import COMPARED_TOLERANCES, parse_tolerance
-from .paths import Endpoint, check_open, check_output, endpoint_in
-from .signals import unwind
+from .options import FILE, FROM, parse_with
+from .paths import Endpoint, check_output, check_standard_output, find_input
+from .signals import raise_on_signals
 
 if TYPE_CHECKING:
     from ..compare.row import Comparison
@@ -27,124 +27,116 @@ Examples:
 """
 
 
+def _parse_tolerances(text: str) -> list[str]:
+    """Split a list of tolerances as the user wrote them, each once; check each of them."""
+    tolerances = list(dict.fromkeys(part.strip() for part in text.split(",")))
+    for tolerance in tolerances:
+        parse_tolerance(tolerance)
+    return tolerances
+
+
 @click.command(epilog=_EXAMPLES)
-@click.argument("sources", metavar="FILE...", nargs=-1, required=True)
+@click.argument("sources", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--tolerances",
+    callback=parse_with(_parse_tolerances),
     default=COMPARED_TOLERANCES,
     metavar="LIST",
-    help="Tolerances with commas between, each as `simplify` takes it.  [default: " + COMPARED_TOLERANCES + "]",
+    help="Tolerances separated by commas, each as in `simplify`.",
 )
-@click.option("--csv", metavar="FILE.csv|-", help="Also write the rows as CSV; '-' prints it instead.")
-@click.option("--json", "json_", metavar="FILE.json|-", help="Also write the rows as JSON; '-' prints it instead.")
-@click.option("--plot", metavar="FILE.svg|png", help="Also draw points against tolerance; wants bldsimp[plots].")
-@click.option("--html", metavar="FILE.html", help="Also write one page that shows the surfaces in 3D, offline.")
 @click.option(
-    "--peers", is_flag=True, help="Also ask manifold3d, meshoptimizer, open3d, pymeshlab and pyfqmr, if installed."
+    "--csv", type=FILE, metavar="FILE.csv|-", help="Also write the rows as CSV; '-' prints them, and no table."
 )
-@click.option("--from", "from_", metavar="FORMAT", help="Format of the files, where their suffix does not tell.")
+@click.option(
+    "--json",
+    type=FILE,
+    metavar="FILE.json|-",
+    help="Also write the rows as JSON; '-' prints them, and no table.",
+)
+@click.option(
+    "--plot", type=FILE, metavar="FILE.svg|png", help="Also plot points against tolerance; needs bldsimp[plots]."
+)
+@click.option(
+    "--html", type=FILE, metavar="FILE.html", help="Also write one page that shows the surfaces in 3D, offline."
+)
+@click.option(
+    "--peers", is_flag=True, help="Also run manifold3d, meshoptimizer, open3d, pymeshlab and pyfqmr, if installed."
+)
+@FROM
 @click.option("--overwrite", is_flag=True, help="Replace files that exist.")
-@click.option("-q", "--quiet", is_flag=True, help="No table and no progress bar.")
+@click.option("-q", "--quiet", is_flag=True, help="Print no table and no progress bar.")
 def compare(
+    *,
     sources: tuple[str, ...],
-    tolerances: str,
-    csv: str | None,
-    json_: str | None,
-    plot: str | None,
-    html: str | None,
+    tolerances: list[str],
     peers: bool,
     from_: str | None,
     overwrite: bool,
     quiet: bool,
+    **outputs: str | None,
 ) -> None:
-    """Compare methods on the same buildings: points, triangles, deviation, borders and time.
+    """Compare methods on the same models.
 
-    For each FILE and tolerance: the original; standard, which cuts the outlines of improved until every piece is
-    a Delaunay edge by itself; improved, which is what `simplify` does; and fast-simplification, plain, with its
-    preserve_border and with its lossless, at the deviation that was measured for improved (its target is searched
-    for), and at as many points as improved has.
+    For each FILE and tolerance there is a row for each method: points, triangles, deviation, borders and time.
+    "original" is the input. "standard" cuts the outlines of "improved" until every piece is a Delaunay edge by itself.
+    "improved" is what `simplify` does. "fast-simplification" runs plain, with preserve_border and with lossless, once
+    at the deviation that was measured for "improved" (by a search for its target), and once with as many points as
+    "improved" has.
 
-    Geometry alone is compared: textures, colours and normals are not regarded. Deviations are measured both
-    ways, from all points and 20,000 samples of either surface; the bound is certified. A border is made where
-    an open edge lies on none of the original. Seconds are those of one run, without reading and
-    searching; standard's hold those of improved, whose facets it starts from.
+    Only geometry is compared, not textures, colors and normals. Deviations are measured both ways, from all points
+    and 20,000 samples of each surface; the bound is certified. A border is made where an open edge lies on none of
+    the original. Seconds are those of one run, without reading and searching. The seconds of "standard" include those
+    of "improved", whose facets it starts from.
 
-    A file that cannot be read gets a row that says why; the others are done, and the exit code is 1.
+    A file that cannot be read gets a row that says why; the others are compared, and the exit code is 1.
     """
-    texts = _tolerances(tolerances)
-    endpoints = [endpoint_in(source, from_) for source in sources]
-    if sum(endpoint.path is None for endpoint in endpoints) > 1:
-        raise UsageError("FILE: '-' can be read once only")
-    outputs = {"--csv": csv, "--json": json_, "--plot": plot, "--html": html}
-    printed = _printed(outputs)
+    endpoints = [find_input(source, from_) for source in sources]
+    if sources.count("-") > 1:
+        raise UsageError("FILE: '-' can be read only once")
+    printed = _find_printed(outputs)
     paths = {name: Path(text) for name, text in outputs.items() if text is not None and name != printed}
     if printed or not quiet:
-        check_open(sys.stdout, "standard output")
+        check_standard_output()
     _check_outputs(paths, endpoints, overwrite)
-    if "--plot" in paths:
-        from ..compare.plot import check_plot
-
-        check_plot(paths["--plot"].suffix)
-    if "--html" in paths:
-        from ..compare.page import viewer_library
-
-        viewer_library()
-    comparisons = _compared(dict(zip(sources, endpoints, strict=True)), texts, peers, quiet)
+    comparisons = _compare_files(dict(zip(sources, endpoints, strict=True)), tolerances, peers, quiet)
     from ..compare.table import to_text
     from ..io.atomic import replace_files
 
-    written = {path: _written(name, path, comparisons) for name, path in paths.items()}
-    unwind()
-    replace_files(written)
+    files = {path: _encode(name, path, comparisons) for name, path in paths.items()}
+    raise_on_signals()
+    replace_files(files)
     if printed:
-        click.echo(_written(printed, Path("-"), comparisons), nl=False)
+        click.echo(_encode(printed, Path("-"), comparisons), nl=False)
     elif not quiet:
         click.echo(to_text(comparisons))
     failed = [comparison for comparison in comparisons if comparison.failed]
     if failed:
-        # What was printed must stand before the line that tells of the failure.
+        # The table must precede the line that reports the failure.
         sys.stdout.flush()
         names = ", ".join(comparison.file for comparison in failed)
         reason = f"{names}: {failed[0].rows[0].note}"
         raise InputError(reason if len(comparisons) == 1 else f"could not be compared: {names}")
 
 
-def _printed(outputs: dict[str, str | None]) -> str | None:
-    """The option that wants its file on standard output, if there is one.
+def _find_printed(outputs: dict[str, str | None]) -> str | None:
+    """Find the output that goes to standard output, if there is one.
 
     Raises
     ------
     UsageError
-        Where it is more than one, or a picture or a page.
+        Where there is more than one, or it is a picture or a page.
     """
     names = [name for name, text in outputs.items() if text == "-"]
     for name in names:
-        if name not in ("--csv", "--json"):
-            raise UsageError(f"{name}: '-' is for --csv and --json: give a file")
+        if name not in ("csv", "json"):
+            raise UsageError(f"--{name}: '-' works only with --csv and --json: give a file")
     if len(names) > 1:
-        raise UsageError(f"{' and '.join(names)}: standard output takes one of them: give the other a file")
+        raise UsageError("--csv and --json: only one can go to standard output: give a file for the other")
     return names[0] if names else None
 
 
-def _tolerances(text: str) -> list[str]:
-    """The tolerances of a list as the user wrote them, each once.
-
-    Raises
-    ------
-    UsageError
-        Where one of them is none.
-    """
-    found = list(dict.fromkeys(part.strip() for part in text.split(",")))
-    for one in found:
-        try:
-            parse_tolerance(one)
-        except UsageError as error:
-            raise UsageError(f"--tolerances: {error}") from None
-    return found
-
-
 def _check_outputs(paths: dict[str, Path], endpoints: list[Endpoint], overwrite: bool) -> None:
-    """Refuse files that cannot be meant: that exist, that are a model, or that are meant twice.
+    """Refuse files that exist, that are a model, or that are given twice, and what cannot be drawn.
 
     Raises
     ------
@@ -153,49 +145,51 @@ def _check_outputs(paths: dict[str, Path], endpoints: list[Endpoint], overwrite:
     taken = {endpoint.path.resolve(): "a model" for endpoint in endpoints if endpoint.path is not None}
     for name, path in paths.items():
         if path.resolve() in taken:
-            raise UsageError(f"{name}: {path} is also {taken[path.resolve()]}: choose another file")
-        check_output(path, name, overwrite)
-        taken[path.resolve()] = name
+            raise UsageError(f"--{name}: {path} is also {taken[path.resolve()]}: choose another file")
+        check_output(path, f"--{name}", overwrite)
+        taken[path.resolve()] = f"--{name}"
+    if "plot" in paths:
+        from ..compare.plot import check_plot
+
+        check_plot(paths["plot"].suffix)
+    if "html" in paths:
+        from ..compare.page import viewer_library
+
+        viewer_library()
 
 
-def _written(name: str, path: Path, comparisons: list[Comparison]) -> bytes:
-    """What an option wants written."""
-    if name == "--plot":
+def _encode(name: str, path: Path, comparisons: list[Comparison]) -> bytes:
+    """Encode the content of an output."""
+    if name == "plot":
         from ..compare.plot import write_plot
 
         return write_plot(comparisons, path.suffix)
-    if name == "--html":
+    if name == "html":
         from ..compare.page import write_page
 
         return write_page(comparisons)
     from ..compare.table import to_csv, to_json
 
     # Names of files need not be Unicode.
-    return (to_csv if name == "--csv" else to_json)(comparisons).encode("utf-8", "backslashreplace")
+    return (to_csv if name == "csv" else to_json)(comparisons).encode("utf-8", "backslashreplace")
 
 
-def _compared(files: dict[str, Endpoint], texts: list[str], peers: bool, quiet: bool) -> list[Comparison]:
+def _compare_files(files: dict[str, Endpoint], tolerances: list[str], peers: bool, quiet: bool) -> list[Comparison]:
     """Compare one file after the other."""
     from ..compare.comparison import compare_file, method_names
     from ..compare.peers import installed_peers
 
     asked = installed_peers() if peers else []
-    steps = len(texts) * len(method_names(asked))
+    steps = len(tolerances) * len(method_names(asked))
     comparisons = []
-    with _progress(len(files) * steps, quiet) as move:
+    # Elsewhere than on a terminal, click prints the label.
+    shown = sys.stderr if sys.stderr.isatty() and not quiet else io.StringIO()
+    with click.progressbar(length=len(files) * steps, label="comparing", file=shown) as bar:
         for file, endpoint in files.items():
-            comparison = compare_file(endpoint.data(), endpoint.format, file, texts, asked, lambda: move(1))
+            comparison = compare_file(
+                endpoint.get_source(), endpoint.format, file, tolerances, asked, lambda: bar.update(1)
+            )
             comparisons.append(comparison)
             if comparison.failed:
-                move(steps)
+                bar.update(steps)
     return comparisons
-
-
-@contextmanager
-def _progress(steps: int, quiet: bool) -> Iterator[Callable[[int], None]]:
-    """A bar on standard error, if that is a terminal."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda count: None
-        return
-    with click.progressbar(length=steps, label="comparing", file=sys.stderr) as bar:
-        yield bar.update

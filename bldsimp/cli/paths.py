@@ -7,12 +7,8 @@ import stat
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 from ..errors import InputError, OutputError, UsageError
-
-FORMATS = ("obj", "ply", "off", "stl", "glb", "gltf")
-"""Read and written; what else is read is trimesh's to say."""
 
 
 @dataclass(frozen=True)
@@ -22,19 +18,19 @@ class Endpoint:
     path: Path | None
     format: str
 
-    def data(self) -> Path | bytes:
-        """What to read: the path, or all of standard input.
+    def get_source(self) -> Path | bytes:
+        """Return what to read: the path, or all of standard input.
 
         Raises
         ------
         InputError
             Standard input is closed or cannot be read.
         """
-        return standard_input() if self.path is None else self.path
+        return read_standard_input() if self.path is None else self.path
 
 
-def standard_input() -> bytes:
-    """All of standard input.
+def read_standard_input() -> bytes:
+    """Read all of standard input.
 
     Raises
     ------
@@ -49,46 +45,44 @@ def standard_input() -> bytes:
         raise InputError(f"standard input: cannot be read: {error.strerror}") from None
 
 
-def endpoint_in(text: str, format_: str | None) -> Endpoint:
-    """What IN means.
+def find_input(text: str, format_: str | None) -> Endpoint:
+    """Find the file and the format that IN stands for.
 
     Raises
     ------
     UsageError
-        IN is a directory, or its format is unknown.
+        Its format is unknown.
     """
     path = None if text == "-" else Path(text)
-    if path is not None and os.path.isdir(path):
-        raise UsageError(f"{path}: is a directory: give a file")
-    return Endpoint(path, check_format(_format(path, format_, "IN", "--from"), text))
+    return Endpoint(path, check_format(_find_format(path, format_, "IN", "--from"), text))
 
 
-def endpoint_out(text: str, format_: str | None, overwrite: bool) -> Endpoint:
-    """What OUT means.
+def find_output(text: str, format_: str | None, overwrite: bool) -> Endpoint:
+    """Find the file and the format that OUT stands for.
 
     Raises
     ------
     UsageError
         OUT exists and may not be replaced, its folder is missing, or its format is unknown.
     """
+    from ..io import SUFFIXES
+
     path = None if text == "-" else Path(text)
-    found = _format(path, format_, "OUT", "--to")
-    if found not in FORMATS:
-        raise UsageError(f"{text}: format '{found}' cannot be written: use one of {', '.join(FORMATS)}")
+    found = _find_format(path, format_, "OUT", "--to")
+    if found not in SUFFIXES:
+        raise UsageError(f"{text}: cannot write format '{found}': use one of {', '.join(SUFFIXES)}")
     if path is not None:
         check_output(path, "OUT", overwrite)
     return Endpoint(path, found)
 
 
 def check_output(path: Path, name: str, overwrite: bool) -> None:
-    """Refuse a file that cannot be meant.
+    """Refuse a file that exists or whose folder does not.
 
     Raises
     ------
     UsageError
     """
-    if os.path.isdir(path):
-        raise UsageError(f"{path}: is a directory: {name} must be a file")
     if not os.path.isdir(path.parent):
         raise UsageError(f"{path}: the folder '{path.parent}' does not exist: make it first")
     try:
@@ -101,50 +95,51 @@ def check_output(path: Path, name: str, overwrite: bool) -> None:
         raise UsageError(f"{path}: exists: give --overwrite to replace it")
 
 
-def check_open(stream: TextIO | None, name: str) -> None:
-    """Refuse to work for a stream that is closed.
+def check_standard_output() -> None:
+    """Refuse to work where standard output is closed.
 
     Raises
     ------
     OutputError
     """
-    if stream is None:
-        raise OutputError(f"{name} is closed: there is nowhere to write to")
+    if sys.stdout is None:
+        raise OutputError("standard output is closed: nothing can be written to it")
 
 
 def check_format(given: str, name: str = "--from") -> str:
-    """A format to read, in lower case and without a dot.
+    """Return a format to read, in lower case and without a dot.
 
     Raises
     ------
     UsageError
         It is unknown.
     """
-    found = plain_format(given)
-    if found not in FORMATS and found not in _others():
-        raise UsageError(f"{name}: format '{found}' is not known: use one of {', '.join(FORMATS)}")
+    from ..io import SUFFIXES
+
+    found = normalize_format(given)
+    if found not in SUFFIXES and found not in _list_trimesh_formats():
+        raise UsageError(f"{name}: format '{found}' is not known: use one of {', '.join(SUFFIXES)}")
     return found
 
 
-def plain_format(given: str) -> str:
-    """A format's name in lower case and without a dot."""
+def normalize_format(given: str) -> str:
+    """Return a format's name in lower case and without a dot."""
     return given.lower().lstrip(".")
 
 
-def _format(path: Path | None, given: str | None, name: str, option: str) -> str:
-    """The format that an option or a suffix names."""
+def _find_format(path: Path | None, given: str | None, name: str, option: str) -> str:
+    """Find the format that an option or a suffix names."""
     if given:
-        return plain_format(given)
+        return normalize_format(given)
     if path is None:
-        raise UsageError(f"{name} is a pipe: say its format with {option}")
-    suffix = path.suffix.lower().lstrip(".")
-    if not suffix:
-        raise UsageError(f"{path}: has no suffix: say its format with {option}")
-    return suffix
+        raise UsageError(f"{name} is a pipe: give its format with {option}")
+    if not path.suffix:
+        raise UsageError(f"{path}: has no suffix: give its format with {option}")
+    return normalize_format(path.suffix)
 
 
-def _others() -> set[str]:
-    """Formats that only trimesh reads."""
+def _list_trimesh_formats() -> set[str]:
+    """List the formats that only trimesh reads."""
     import trimesh
 
     return set(trimesh.exchange.load.mesh_formats())

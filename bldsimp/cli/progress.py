@@ -1,42 +1,110 @@
-"""What takes long: shown on a terminal, and left at once on a signal."""
+"""Progress on standard error: a bar on a terminal, and plain lines of a batch elsewhere."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import ExitStack
-from typing import TypeVar
+from contextlib import ExitStack, contextmanager
+from datetime import timedelta
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from .._core import Progress
+from ..batch.row import FileRow, escape_name
+from ..display import sanitize_line
+
+if TYPE_CHECKING:
+    from click._termui_impl import ProgressBar
+
+    from ..batch.inputs import Plan
 
 T = TypeVar("T")
 
-EVERY = 0.2
-"""Seconds from one look at the progress to the next."""
+LOOK_SECONDS = 0.2
+"""Time from one look at the progress to the next."""
+
+LINE_SECONDS = 10.0
+"""Time from one plain line to the next."""
+
+FILE_BYTES = 20_000
+"""A file takes as long as its own bytes and this many more."""
 
 
-def watched(work: Callable[[Progress], T], points: int, *, quiet: bool) -> T:
-    """Do some work beside the main thread, which alone can answer signals meanwhile.
+def run_with_progress(work: Callable[[Progress], T], points: int, *, quiet: bool) -> T:
+    """Run some work in a thread, so that the main thread can handle signals.
 
     Parameters
     ----------
     work : callable
-        Given a `Progress`, which counts points that are gone.
+        Gets a `Progress`, which counts the points that are removed.
     points : int
         How many there are.
     quiet : bool
-        Show nothing; else, on a terminal, a bar once the first point is gone.
+        Show nothing; else, on a terminal, a bar once the first point is removed.
     """
     progress = Progress()
     with ThreadPoolExecutor(1) as pool, ExitStack() as stack:
         future: Future[T] = pool.submit(work, progress)
         bar = None
-        while not wait([future], EVERY).done:
+        while not wait([future], LOOK_SECONDS).done:
             if bar is None and progress.gone > 0 and not quiet and sys.stderr.isatty():
-                bar = stack.enter_context(click.progressbar(length=points, label="points gone", file=sys.stderr))
+                bar = stack.enter_context(click.progressbar(length=points, label="removing points", file=sys.stderr))
             if bar is not None:
                 bar.update(progress.gone - bar.pos)
         return future.result()
+
+
+class BatchProgress:
+    """Shows files, triangles and the time left as rows arrive.
+
+    Parameters
+    ----------
+    plan : Plan
+    quiet : bool
+        Show nothing.
+    """
+
+    def __init__(self, plan: Plan, *, quiet: bool) -> None:
+        self._quiet = quiet
+        self._files = len(plan.tasks) + len(plan.refused)
+        self._length = sum(task.size + FILE_BYTES for task in plan.tasks)
+        self._ended = self._failed = self._triangles = self._position = 0
+        self._bar: ProgressBar[Any] | None = None
+        self._start = self._shown = time.monotonic()
+
+    @contextmanager
+    def show(self) -> Iterator[Callable[[FileRow], None]]:
+        """Yield the function that shows a row."""
+        with ExitStack() as stack:
+            if not self._quiet and sys.stderr.isatty():
+                bar: ProgressBar[Any] = click.progressbar(
+                    length=self._length, file=sys.stderr, show_percent=True, item_show_func=lambda _: self._describe()
+                )
+                self._bar = stack.enter_context(bar)
+            yield self._show_row
+
+    def _show_row(self, row: FileRow) -> None:
+        self._ended += 1
+        self._failed += row.failed
+        self._triangles += row.triangles_before or 0
+        step = row.input_bytes + FILE_BYTES
+        self._position += step
+        if self._quiet:
+            return
+        if row.failed:
+            start = "\r\x1b[K" if self._bar is not None else ""
+            click.echo(start + sanitize_line(f"failed     {escape_name(row.input)}: {row.error}"), err=True)
+        now = time.monotonic()
+        if self._bar is not None:
+            self._bar.update(step)
+        elif now - self._shown > LINE_SECONDS:
+            self._shown = now
+            left = (now - self._start) * (self._length - self._position) / self._position
+            click.echo(f"batch      {self._describe()}, {timedelta(seconds=max(0, round(left)))} left", err=True)
+
+    def _describe(self) -> str:
+        failed = f" ({self._failed:,} failed)" if self._failed else ""
+        return f"{self._ended:,} of {self._files:,} files{failed}, {self._triangles:,} triangles"

@@ -1,4 +1,4 @@
-"""Ctrl-C and termination: the program leaves at once while nothing is written, and clears up once something is."""
+"""Ctrl-C and termination: the program ends at once until it writes something, and then cleans up first."""
 
 from __future__ import annotations
 
@@ -15,33 +15,56 @@ _Handler = Callable[[int, "FrameType | None"], None]
 
 
 @contextmanager
-def answered() -> Iterator[None]:
-    """Leave at once on a signal, until `unwind` says otherwise; what was set before comes back at the end.
+def handle_signals() -> Iterator[None]:
+    """End at once on a signal, until `raise_on_signals` changes that; restore the previous handlers at the end.
 
-    An exception would not do: raised while modules load, it surfaces as whatever their loading makes of it.
+    An exception would not do: raised while modules load, it becomes whatever error their loading makes of it.
     """
     before = {number: signal.getsignal(number) for number in _CODES}
     try:
-        _answer(_leave)
+        _set_handlers(_exit, *_CODES)
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
-def unwind() -> None:
-    """From now on signals raise, so that no half-written file stays behind."""
-    _answer(_raise)
+def raise_on_signals() -> None:
+    """Raise an exception on a signal from now on, so that no half-written file remains."""
+    _set_handlers(_raise, *_CODES)
 
 
-def _answer(handler: _Handler) -> None:
-    for number in _CODES:
-        # What whoever started the program chose to ignore stays ignored.
+class GracefulInterrupt:
+    """Call a function on the first Ctrl-C from now on, and raise on the next.
+
+    Attributes
+    ----------
+    came : bool
+        Whether there was one.
+    """
+
+    def __init__(self, stop: Callable[[], None]) -> None:
+        self.came = False
+        self._stop = stop
+        _set_handlers(self, signal.SIGINT)
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        """Handle Ctrl-C."""
+        if self.came:
+            raise KeyboardInterrupt
+        self.came = True
+        os.write(2, b"\nbldsimp: finishing the files that are running; press Ctrl-C again to stop now\n")
+        self._stop()
+
+
+def _set_handlers(handler: _Handler, *numbers: signal.Signals) -> None:
+    """Handle signals, but not those that whoever started the program chose to ignore."""
+    for number in numbers:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, handler)
 
 
-def _leave(number: int, frame: FrameType | None) -> None:
+def _exit(number: int, frame: FrameType | None) -> None:
     try:
         if number == signal.SIGINT:
             os.write(2, b"bldsimp: error: interrupted\n")
@@ -53,32 +76,3 @@ def _raise(number: int, frame: FrameType | None) -> None:
     if number == signal.SIGINT:
         raise KeyboardInterrupt
     sys.exit(TERMINATED)
-
-
-class FirstInterrupt:
-    """Answers the first Ctrl-C in its own way, and raises on the next.
-
-    Attributes
-    ----------
-    came : bool
-        Whether there was one.
-    """
-
-    def __init__(self, answer: Callable[[], None]) -> None:
-        self.came = False
-        self._answer = answer
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        if self.came:
-            raise KeyboardInterrupt
-        self.came = True
-        os.write(2, b"\nbldsimp: finishing what is running; Ctrl-C again stops now\n")
-        self._answer()
-
-
-def first_interrupt(answer: Callable[[], None]) -> FirstInterrupt:
-    """Answer the first Ctrl-C from now on."""
-    first = FirstInterrupt(answer)
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, first)
-    return first

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import UsageError
-from ..report import one_line
+from ..display import sanitize_line
 from .comparison import SAME_POINTS
 from .row import Comparison, Row
 
@@ -247,7 +247,7 @@ def shortened(name: str) -> str:
 
 def verbatim(text: str) -> str:
     """Words of unknown origin as matplotlib shows them as they are: no formulas, no control characters."""
-    return one_line(text).replace("$", r"\$")
+    return sanitize_line(text).replace("$", r"\$")
 
 
 def gist(note: str) -> str:

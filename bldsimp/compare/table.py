@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-from ..report import one_line
+from ..display import sanitize_line
 from .row import COLUMNS, Comparison, Row
 
 SCHEMA = "bldsimp.comparison/1"
@@ -70,7 +70,7 @@ def _blocks(comparison: Comparison) -> str:
     """One file: a head, then a table for each tolerance."""
     if comparison.failed:
         return _wrapped(f"{comparison.file}: ", comparison.rows[0].note)
-    blocks = [f"{one_line(comparison.file)}: diagonal {comparison.diagonal:.6g}, lengths in model units"]
+    blocks = [f"{sanitize_line(comparison.file)}: diagonal {comparison.diagonal:.6g}, lengths in model units"]
     for text, length in comparison.tolerances.items():
         rows = [row for row in comparison.rows if row.tolerance == text]
         shown = f"tolerance {text}" if text == f"{length:g}" else f"tolerance {text} ({length:.3g})"
@@ -135,4 +135,4 @@ def _statistics(rows: list[Row]) -> list[str]:
 
 
 def _wrapped(head: str, text: str) -> str:
-    return textwrap.fill(one_line(head + text), WIDTH, subsequent_indent="    ", break_on_hyphens=False)
+    return textwrap.fill(sanitize_line(head + text), WIDTH, subsequent_indent="    ", break_on_hyphens=False)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..inspection import surface_of
+from ..inspection import count_defects
 from ..model import Faces, Points
 from ..report import Counts
 from ..unique_rows import find_unique_rows
@@ -47,7 +47,7 @@ def count_after_rounding(meshes: list[list[tuple[Points, Faces, Points | None]]]
     """
     after = Counts(watertight=True)
     for instances in meshes:
-        surfaces = [surface_of(_round_points(points, origin), faces) for points, faces, origin in instances]
+        surfaces = [count_defects(_round_points(points, origin), faces) for points, faces, origin in instances]
         worst = max(surfaces, key=lambda one: (one.open_edges + one.nonmanifold_edges, -one.points))
         for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
             setattr(after, name, getattr(after, name) + getattr(worst, name))

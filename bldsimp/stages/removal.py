@@ -16,7 +16,7 @@ from .surface import Surface
 from .weld import WeldedMesh
 
 WITHIN_TOLERANCE = "within_tolerance"
-SMALLER_THAN_MIN_PART = "smaller_than_min_part"
+SMALLER_THAN_MIN_COMPONENT = "smaller_than_min_component"
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Dropped:
     box : (2, 3) float64
         Least and greatest coordinates, in the mesh's own frame.
     reason : str
-        `WITHIN_TOLERANCE` or `SMALLER_THAN_MIN_PART`.
+        `WITHIN_TOLERANCE` or `SMALLER_THAN_MIN_COMPONENT`.
     """
 
     part: int
@@ -155,14 +155,14 @@ def _find_sheets(faces: Faces, body: Indices) -> Flags:
 def find_small_components(
     meshes: list[Mesh], welded: list[WeldedMesh], options: Options
 ) -> tuple[list[NDArray[np.bool_]], list[list[Dropped]], int]:
-    """Find the components whose boxes have a smaller diagonal than `min_part` in world space.
+    """Find the components whose boxes have a smaller diagonal than `min_component` in world space.
 
     Parameters
     ----------
     meshes, welded : list
         Of one scene. The largest component of all that it shows stays, and so do parts that are passed on.
     options : Options
-        `min_part`, model units.
+        `min_component`, model units.
 
     Returns
     -------
@@ -175,7 +175,7 @@ def find_small_components(
     """
     found = [_Components(mesh, own) for mesh, own in zip(meshes, welded, strict=True)]
     largest = max((one.sizes.max(initial=-1.0) for one in found if len(one.mesh.transforms)), default=-1.0)
-    least = min(options.min_part, largest)
+    least = min(options.min_component, largest)
     staying = sum(int(np.count_nonzero(one.pinned & (one.sizes < least))) for one in found)
     small = [(~one.pinned & (one.sizes < least))[one.of_face] for one in found]
     return small, [one.list_dropped(faces) for one, faces in zip(found, small, strict=True)], staying
@@ -200,7 +200,7 @@ class _Components:
         """List the components of some faces."""
         part = self.mesh.part_of_face[self.welded.source[small]]
         return _list_dropped(
-            self.welded.points, self.welded.faces[small], self.of_face[small], part, SMALLER_THAN_MIN_PART
+            self.welded.points, self.welded.faces[small], self.of_face[small], part, SMALLER_THAN_MIN_COMPONENT
         )
 
 

@@ -15,18 +15,19 @@ import painted
 import pytest
 from batch_runs import (
     COMMAND,
-    buildings,
-    done,
-    failed,
-    leftover,
-    misbehaving,
-    results,
-    rows,
-    run,
-    start,
-    terrain,
+    find_processes,
+    leave_file,
+    list_done,
+    list_failed,
+    make_misbehaving,
+    make_terrain,
+    read_results,
+    read_rows,
+    run_batch,
+    start_batch,
     wait_for_rows,
-    wait_until_nobody_is_in,
+    wait_until_empty,
+    write_buildings,
 )
 from gltf_cases import textured
 from shapes import Gltf, fine_box, obj_text, write
@@ -38,18 +39,18 @@ from bldsimp.io import read
 LEAST_MEMORY = ("-j", "2", "--memory", "260M")
 
 
-def errors(result: subprocess.CompletedProcess[bytes]) -> str:
+def last_error(result: subprocess.CompletedProcess[bytes]) -> str:
     return result.stderr.decode(errors="surrogateescape").splitlines()[-1]
 
 
 @pytest.fixture
 def models(tmp_path: Path) -> Path:
-    return buildings(tmp_path / "models", 12)
+    return write_buildings(tmp_path / "models", 12)
 
 
 @pytest.fixture
-def light(tmp_path: Path) -> Path:
-    return tmp_path / "light"
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "out"
 
 
 def painted_obj(folder: Path) -> None:
@@ -61,71 +62,74 @@ def painted_obj(folder: Path) -> None:
 
 
 class TestInputs:
-    def test_a_folder_is_mirrored_and_each_file_has_a_row(self, models: Path, light: Path) -> None:
+    def test_a_folder_is_mirrored_and_each_file_has_a_row(self, models: Path, out: Path) -> None:
         write(models / "district 0" / "notes.txt", "no model")
         write(models / "district 0" / ".hidden.obj", "no model")
-        assert run(models, light, "--to", "glb").returncode == 0
+        assert run_batch(models, out, "--to", "glb").returncode == 0
         names = {str(path.relative_to(models).with_suffix("")) for path in models.rglob("building*")}
-        assert {name.removesuffix(".glb") for name in results(light)} == names
-        assert len(read(light / "district 1" / "building_001.glb", "glb").meshes[0].faces) == 12
-        for row in rows(light / "manifest.jsonl"):
-            source, target = models / row["input"], light / row["output"]
+        assert {name.removesuffix(".glb") for name in read_results(out)} == names
+        assert len(read(out / "district 1" / "building_001.glb", "glb").meshes[0].faces) == 12
+        for row in read_rows(out / "manifest.jsonl"):
+            source, target = models / row["input"], out / row["output"]
             assert (row["input_bytes"], row["output_bytes"]) == (source.stat().st_size, target.stat().st_size)
             assert (row["points_before"], row["points_after"]) == (98, 8)
             assert row["version"] == __version__
 
-    def test_hashes_are_those_of_the_files(self, models: Path, light: Path) -> None:
-        run(models, light)
-        for row in rows(light / "manifest.jsonl"):
-            for kind, path in (("input", models / row["input"]), ("output", light / row["output"])):
+    def test_hashes_are_those_of_the_files(self, models: Path, out: Path) -> None:
+        run_batch(models, out)
+        for row in read_rows(out / "manifest.jsonl"):
+            for kind, path in (("input", models / row["input"]), ("output", out / row["output"])):
                 told = subprocess.run(["sha256sum", path], capture_output=True, text=True, check=True).stdout
                 assert told.split()[0] == row[f"{kind}_sha256"]
 
-    def test_names_that_differ_in_case_alone_are_two(self, tmp_path: Path, light: Path) -> None:
+    def test_names_that_differ_in_case_alone_are_two(self, tmp_path: Path, out: Path) -> None:
         models = tmp_path / "models"
         models.mkdir()
         for name, size in (("A.obj", 2), ("a.obj", 3)):
             write(models / name, obj_text(*fine_box(size)))
         if len(list(models.iterdir())) == 1:
             pytest.skip("this file system takes them for one")
-        assert run(models, light).returncode == 0
-        assert sorted(results(light)) == ["A.obj", "a.obj"]
-        assert b"2 done before" in run(models, light, "--resume").stderr
+        assert run_batch(models, out).returncode == 0
+        assert sorted(read_results(out)) == ["A.obj", "a.obj"]
+        assert b"2 already done" in run_batch(models, out, "--resume").stderr
 
-    def test_a_glob_and_a_name_template(self, models: Path, light: Path) -> None:
-        assert run(models / "**" / "*_00[0-4].obj", light, "--name", "{stem}_light.{ext}").returncode == 0
-        assert sorted(results(light)) == [
+    def test_a_glob_and_a_name_template(self, models: Path, out: Path) -> None:
+        assert run_batch(models / "**" / "*_00[0-4].obj", out, "--name", "{stem}_light.{ext}").returncode == 0
+        assert sorted(read_results(out)) == [
             "district 0/building_000_light.obj",
             "district 1/building_004_light.obj",
             "district 2/building_002_light.obj",
         ]
 
     @pytest.mark.parametrize("end", [b"\n", b"\0"])
-    def test_a_list_on_standard_input(self, models: Path, light: Path, end: bytes) -> None:
+    def test_a_list_on_standard_input(self, models: Path, out: Path, end: bytes) -> None:
         names = [b"district 0/building_000.obj", b"./district 1/building_001.ply"]
-        result = run("-", light, input=b"".join(name + end for name in names), cwd=models)
+        result = run_batch("-", out, input=b"".join(name + end for name in names), cwd=models)
         assert result.returncode == 0
-        assert sorted(results(light)) == ["district 0/building_000.obj", "district 1/building_001.ply"]
+        assert sorted(read_results(out)) == ["district 0/building_000.obj", "district 1/building_001.ply"]
 
     def test_the_folder_of_results_is_no_input(self, models: Path) -> None:
-        assert run(models, models / "light", "--to", "ply", "--name", "{stem}_{from}.{ext}").returncode == 0
-        assert run(models, models / "light", "--to", "ply", "--name", "{stem}_{from}.{ext}", "--resume").returncode == 0
-        assert len(done(models / "light" / "manifest.jsonl")) == 12
+        assert run_batch(models, models / "out", "--to", "ply", "--name", "{stem}_{from}.{ext}").returncode == 0
+        assert (
+            run_batch(models, models / "out", "--to", "ply", "--name", "{stem}_{from}.{ext}", "--resume").returncode
+            == 0
+        )
+        assert len(list_done(models / "out" / "manifest.jsonl")) == 12
 
     @pytest.mark.parametrize(
         ("words", "told"),
         [
-            (["models", "light", "--to", "glb"], "would both write"),
+            (["models", "out", "--to", "glb"], "would both write"),
             (["models", "models"], "is also the folder of the results"),
             (["*.obj", "."], "would be overwritten"),
-            (["*.dae", "light"], "there is no such file"),
-            (["models", "light", "--name", "{size}.{ext}"], "--name"),
-            (["models", "light", "--memory", "20M", "-j", "4"], "too little for 4 jobs"),
-            (["models", "light", "--tolerance", "-1"], "--tolerance"),
-            (["models", "light", "--verify"], "--resume"),
-            (["b.obj", "light", "--timeout", "inf"], "at most 1,000,000 seconds"),
-            (["b.obj", "light", "--timeout", "nan"], "at most 1,000,000 seconds"),
-            (["b.obj", "light", "--timeout", "0"], "above 0"),
+            (["*.dae", "out"], "there is no such file"),
+            (["models", "out", "--name", "{size}.{ext}"], "--name"),
+            (["models", "out", "--memory", "20M", "-j", "4"], "too little for 4 jobs"),
+            (["models", "out", "--tolerance", "-1"], "--tolerance"),
+            (["models", "out", "--verify"], "--resume"),
+            (["b.obj", "out", "--timeout", "inf"], "at most 1,000,000 seconds"),
+            (["b.obj", "out", "--timeout", "nan"], "at most 1,000,000 seconds"),
+            (["b.obj", "out", "--timeout", "0"], "above 0"),
             (["models"], "folder for the results"),
         ],
     )
@@ -133,31 +137,31 @@ class TestInputs:
         (tmp_path / "models").mkdir()
         for path in ("models/a.obj", "models/a.ply", "b.obj"):
             write(tmp_path / path, "no model")
-        before = results(tmp_path)
-        result = run(*words, cwd=tmp_path)
+        before = read_results(tmp_path)
+        result = run_batch(*words, cwd=tmp_path)
         assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
-        assert told in errors(result)
-        assert results(tmp_path) == before
+        assert told in last_error(result)
+        assert read_results(tmp_path) == before
 
-    def test_what_is_there_is_kept(self, models: Path, light: Path) -> None:
-        light.mkdir()
-        (light / "district 0").mkdir()
-        mine = write(light / "district 0" / "building_000.obj", "mine")
-        assert run(models, light).returncode == 2
+    def test_what_is_there_is_kept(self, models: Path, out: Path) -> None:
+        out.mkdir()
+        (out / "district 0").mkdir()
+        mine = write(out / "district 0" / "building_000.obj", "mine")
+        assert run_batch(models, out).returncode == 2
         assert mine.read_text() == "mine"
-        assert run(models, light, "--overwrite").returncode == 0
-        assert run(models, light).returncode == 2
-        assert len(done(light / "manifest.jsonl")) == 12
+        assert run_batch(models, out, "--overwrite").returncode == 0
+        assert run_batch(models, out).returncode == 2
+        assert len(list_done(out / "manifest.jsonl")) == 12
 
-    def test_the_same_bytes_as_simplify_writes(self, models: Path, light: Path, tmp_path: Path) -> None:
-        run(models, light, "--to", "glb", "--tolerance", "1%")
+    def test_the_same_bytes_as_simplify_writes(self, models: Path, out: Path, tmp_path: Path) -> None:
+        run_batch(models, out, "--to", "glb", "--tolerance", "1%")
         source = models / "district 1" / "building_001.ply"
         assert main(["simplify", str(source), str(tmp_path / "one.glb"), "--tolerance", "1%", "-q"]) == 0
-        assert (tmp_path / "one.glb").read_bytes() == results(light)["district 1/building_001.glb"]
+        assert (tmp_path / "one.glb").read_bytes() == read_results(out)["district 1/building_001.glb"]
 
 
 class TestPoison:
-    def test_bad_files_cost_no_other(self, models: Path, light: Path) -> None:
+    def test_bad_files_cost_no_other(self, models: Path, out: Path) -> None:
         house = write(models / "house.obj", obj_text(*fine_box()))
         document = Gltf()
         document.mesh(document.box())
@@ -169,12 +173,12 @@ class TestPoison:
         os.symlink(models, models / "round")
         with socket.socket(socket.AF_UNIX) as server:
             server.bind(str(models / "socket.ply"))
-        write(models / "large.ply", terrain(400))
+        write(models / "large.ply", make_terrain(400))
         os.link(house, models / "two\nlines.obj")
         os.link(house, os.fsencode(models) + b"/latin\xe9%.obj")
-        result = run(models, light, *LEAST_MEMORY)
+        result = run_batch(models, out, *LEAST_MEMORY)
         assert result.returncode == 1
-        bad = failed(light / "manifest.jsonl")
+        bad = list_failed(out / "manifest.jsonl")
         assert {name: row["kind"] for name, row in bad.items()} == {
             "cut.glb": "input",
             "sparse.obj": "memory",
@@ -186,23 +190,23 @@ class TestPoison:
         assert {name for name, row in bad.items() if row["attempts"] == 2} == {"cut.glb", "large.ply"}
         for name in bad:
             assert f"failed     {name}: " in result.stderr.decode(errors="surrogateescape")
-        good = done(light / "manifest.jsonl")
+        good = list_done(out / "manifest.jsonl")
         assert len(good) == 12 + 3
         assert {"two\nlines.obj", "latin%E9%25.obj"} <= set(good)
         for name in (b"two\nlines.obj", b"latin\xe9%.obj"):
-            assert os.path.getsize(os.fsencode(light) + b"/" + name) > 0
-        resumed = run(models, light, *LEAST_MEMORY, "--resume")
-        assert b"15 done before" in resumed.stderr
+            assert os.path.getsize(os.fsencode(out) + b"/" + name) > 0
+        resumed = run_batch(models, out, *LEAST_MEMORY, "--resume")
+        assert b"15 already done" in resumed.stderr
 
-    def test_a_sparse_file_that_would_fit_is_not_read(self, tmp_path: Path, light: Path) -> None:
+    def test_a_sparse_file_that_would_fit_is_not_read(self, tmp_path: Path, out: Path) -> None:
         with open(tmp_path / "sparse.stl", "wb") as stream:
             stream.truncate(60_000_000)
-        assert run(tmp_path / "sparse.stl", light, cwd=tmp_path).returncode == 1
-        row = failed(light / "manifest.jsonl")["sparse.stl"]
+        assert run_batch(tmp_path / "sparse.stl", out, cwd=tmp_path).returncode == 1
+        row = list_failed(out / "manifest.jsonl")["sparse.stl"]
         assert row["kind"] == "input"
         assert "all zero" in row["error"]
 
-    def test_a_file_and_a_folder_without_permission(self, models: Path, light: Path) -> None:
+    def test_a_file_and_a_folder_without_permission(self, models: Path, out: Path) -> None:
         secret, closed = models / "district 0" / "building_000.obj", models / "district 1"
         secret.chmod(0)
         closed.chmod(0)
@@ -211,25 +215,24 @@ class TestPoison:
         if without and not shutil.which("setpriv"):
             pytest.skip("this user may read everything")
         result = subprocess.run(
-            [*without, *COMMAND, "batch", models, light], capture_output=True, timeout=60, check=False
+            [*without, *COMMAND, "batch", models, out], capture_output=True, timeout=60, check=False
         )
         closed.chmod(0o700)
         assert result.returncode == 1
-        bad = failed(light / "manifest.jsonl")
+        bad = list_failed(out / "manifest.jsonl")
         assert {name: row["kind"] for name, row in bad.items()} == {
             "district 0/building_000.obj": "input", "district 1": "refused",
         }  # fmt: skip
         assert all("ermission denied" in row["error"] for row in bad.values())
-        assert len(done(light / "manifest.jsonl")) == 7
+        assert len(list_done(out / "manifest.jsonl")) == 7
 
-    def test_files_that_hang_crash_or_grow_cost_themselves_alone(
-        self, models: Path, light: Path, tmp_path: Path
-    ) -> None:
+    @pytest.mark.slow
+    def test_files_that_hang_crash_or_grow_cost_themselves_alone(self, models: Path, out: Path, tmp_path: Path) -> None:
         for name in ("hangs", "crashes", "grows", "killed", "aborts"):
             shutil.copy(models / "district 0" / "building_000.obj", models / "district 0" / f"{name}.obj")
-        result = run(models, light, *LEAST_MEMORY, "--timeout", "3", env=misbehaving(tmp_path / "site"))
+        result = run_batch(models, out, *LEAST_MEMORY, "--timeout", "3", env=make_misbehaving(tmp_path / "site"))
         assert result.returncode == 1
-        bad = failed(light / "manifest.jsonl")
+        bad = list_failed(out / "manifest.jsonl")
         assert {row["input"]: row["kind"] for row in bad.values()} == {
             "district 0/hangs.obj": "timeout", "district 0/crashes.obj": "crash", "district 0/grows.obj": "memory",
             "district 0/killed.obj": "crash", "district 0/aborts.obj": "memory",
@@ -238,66 +241,66 @@ class TestPoison:
         assert "SIGSEGV" in bad["district 0/crashes.obj"]["error"]
         # As the system does it where the machine runs out of memory.
         assert "SIGKILL): out of memory?" in bad["district 0/killed.obj"]["error"]
-        assert len(done(light / "manifest.jsonl")) == len(results(light)) == 12
+        assert len(list_done(out / "manifest.jsonl")) == len(read_results(out)) == 12
 
     def test_a_full_disk(self, models: Path, tmp_path: Path) -> None:
-        light = tmp_path / "small"
-        light.mkdir()
-        mount = ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", str(light)]
+        out = tmp_path / "small"
+        out.mkdir()
+        mount = ["mount", "-t", "tmpfs", "-o", "size=32k", "tmpfs", str(out)]
         if shutil.which("mount") is None or subprocess.run(mount, capture_output=True, check=False).returncode:
             pytest.skip("no tmpfs may be mounted here")
         try:
-            result = run(models, light)
+            result = run_batch(models, out)
             assert result.returncode == 1
-            assert "No space left on device" in errors(result)
-            assert "--resume" in errors(result)
-            for name in done(light / "manifest.jsonl"):
-                assert len(read(light / name, Path(name).suffix[1:]).meshes[0].faces) == 12
-            assert not [name for name in results(light) if name.endswith(".tmp")]
-            subprocess.run(["mount", "-o", "remount,size=4m", str(light)], check=True)
-            assert run(models, light, "--resume").returncode == 0
-            assert sorted(done(light / "manifest.jsonl")) == sorted(results(light))
+            assert "No space left on device" in last_error(result)
+            assert "--resume" in last_error(result)
+            for name in list_done(out / "manifest.jsonl"):
+                assert len(read(out / name, Path(name).suffix[1:]).meshes[0].faces) == 12
+            assert not [name for name in read_results(out) if name.endswith(".tmp")]
+            subprocess.run(["mount", "-o", "remount,size=4m", str(out)], check=True)
+            assert run_batch(models, out, "--resume").returncode == 0
+            assert sorted(list_done(out / "manifest.jsonl")) == sorted(read_results(out))
         finally:
-            subprocess.run(["umount", str(light)], check=True)
+            subprocess.run(["umount", str(out)], check=True)
 
 
 class TestResume:
-    def test_what_is_done_is_skipped_and_the_rest_redone(self, models: Path, light: Path) -> None:
+    def test_what_is_done_is_skipped_and_the_rest_redone(self, models: Path, out: Path) -> None:
         write(models / "bad.obj", "no model")
-        assert run(models, light).returncode == 1
+        assert run_batch(models, out).returncode == 1
         write(models / "bad.obj", obj_text(*fine_box()))
         changed = write(models / "district 0" / "building_000.obj", obj_text(*fine_box(3)))
         touched = models / "district 1" / "building_001.ply"
         os.utime(touched)
-        (light / "district 2" / "building_002.obj").unlink()
-        write(light / "district 0" / "building_003.ply", "cut off")
-        before = rows(light / "manifest.jsonl")
-        result = run(models, light, "--resume")
+        (out / "district 2" / "building_002.obj").unlink()
+        write(out / "district 0" / "building_003.ply", "cut off")
+        before = read_rows(out / "manifest.jsonl")
+        result = run_batch(models, out, "--resume")
         assert result.returncode == 0
-        assert b"4 done, 9 done before" in result.stderr
-        again = rows(light / "manifest.jsonl")[len(before) :]
+        assert b"4 done, 9 already done" in result.stderr
+        again = read_rows(out / "manifest.jsonl")[len(before) :]
         assert sorted(row["input"] for row in again) == [
             "bad.obj", str(changed.relative_to(models)), "district 0/building_003.ply", "district 2/building_002.obj",
         ]  # fmt: skip
-        assert b"0 done, 13 done before" in run(models, light, "--resume").stderr
+        assert b"0 done, 13 already done" in run_batch(models, out, "--resume").stderr
 
-    def test_a_buffer_beside_counts_as_the_input(self, tmp_path: Path, light: Path) -> None:
+    def test_a_buffer_beside_counts_as_the_input(self, tmp_path: Path, out: Path) -> None:
         models = tmp_path / "models"
         models.mkdir()
         document = Gltf()
         document.mesh(document.box(fine=True))
         write(models / "box.gltf", document.gltf("box%20data.bin"))
         buffer = write(models / "box data.bin", bytes(document.data))
-        assert run(models, light, "--to", "glb").returncode == 0
+        assert run_batch(models, out, "--to", "glb").returncode == 0
         buffer.touch()
-        assert b"1 done before" in run(models, light, "--to", "glb", "--resume").stderr
+        assert b"1 already done" in run_batch(models, out, "--to", "glb", "--resume").stderr
         before = buffer.stat()
         write(buffer, bytes(document.data).replace(b"\0\0\x00@", b"\0\0\x80@"))
         assert buffer.stat().st_size == before.st_size
-        assert b"1 done\n" in run(models, light, "--to", "glb", "--resume").stderr
+        assert b"1 done\n" in run_batch(models, out, "--to", "glb", "--resume").stderr
 
     @pytest.mark.parametrize("format_", ["obj", "gltf"])
-    def test_a_texture_counts_as_the_input(self, format_: str, tmp_path: Path, light: Path) -> None:
+    def test_a_texture_counts_as_the_input(self, format_: str, tmp_path: Path, out: Path) -> None:
         models = tmp_path / "models"
         models.mkdir()
         if format_ == "obj":
@@ -311,132 +314,138 @@ class TestResume:
             textures = models / "brick wall.png", models / "unused.png"
         for texture in textures:
             write(texture, painted.WALL)
-        words = (models, light, "--to", "glb")
-        assert run(*words).returncode == 0
-        assert b"1 done before" in run(*words, "--resume").stderr
+        words = (models, out, "--to", "glb")
+        assert run_batch(*words).returncode == 0
+        assert b"1 already done" in run_batch(*words, "--resume").stderr
         for texture in textures:
             write(texture, painted.ROOF)
-            assert b"1 done\n" in run(*words, "--resume").stderr
-        assert b"1 done before" in run(*words, "--resume").stderr
+            assert b"1 done\n" in run_batch(*words, "--resume").stderr
+        assert b"1 already done" in run_batch(*words, "--resume").stderr
 
-    def test_a_changed_texture_that_results_have_copies_of_is_replaced_if_told(
-        self, tmp_path: Path, light: Path
-    ) -> None:
+    def test_a_changed_texture_that_results_have_copies_of_is_replaced_if_told(self, tmp_path: Path, out: Path) -> None:
         models = tmp_path / "models"
         models.mkdir()
         painted_obj(models)
-        assert run(models, light).returncode == 0
+        assert run_batch(models, out).returncode == 0
         write(models / "wall.png", painted.ROOF)
-        assert run(models, light, "--resume").returncode == 1
-        assert (light / "wall.png").read_bytes() == painted.WALL
-        assert run(models, light, "--resume", "--overwrite").returncode == 0
-        assert (light / "wall.png").read_bytes() == painted.ROOF
+        assert run_batch(models, out, "--resume").returncode == 1
+        assert (out / "wall.png").read_bytes() == painted.WALL
+        assert run_batch(models, out, "--resume", "--overwrite").returncode == 0
+        assert (out / "wall.png").read_bytes() == painted.ROOF
 
-    def test_other_options_do_all_again(self, models: Path, light: Path) -> None:
-        run(models, light)
-        assert b"12 done before" in run(models, light, "--resume", "--tolerance", "auto").stderr
-        assert b"before" not in run(models, light, "--resume", "--tolerance", "1%").stderr
-        assert b"12 done before" in run(models, light, "--resume", "--tolerance", "1%").stderr
+    def test_other_options_do_all_again(self, models: Path, out: Path) -> None:
+        run_batch(models, out)
+        assert b"12 already done" in run_batch(models, out, "--resume", "--tolerance", "auto").stderr
+        assert b"already" not in run_batch(models, out, "--resume", "--tolerance", "1%").stderr
+        assert b"12 already done" in run_batch(models, out, "--resume", "--tolerance", "1%").stderr
 
-    def test_another_format_of_the_same_name_does_all_again(self, models: Path, light: Path) -> None:
-        words = (models, light, "--name", "{stem}.mesh", "--to")
-        run(*words, "ply")
-        assert b"before" not in run(*words, "obj", "--resume").stderr
-        assert all(read(light / name, "obj").meshes for name in results(light))
-        assert b"12 done before" in run(*words, "obj", "--resume").stderr
+    def test_another_format_of_the_same_name_does_all_again(self, models: Path, out: Path) -> None:
+        words = (models, out, "--name", "{stem}.mesh", "--to")
+        run_batch(*words, "ply")
+        assert b"already" not in run_batch(*words, "obj", "--resume").stderr
+        assert all(read(out / name, "obj").meshes for name in read_results(out))
+        assert b"12 already done" in run_batch(*words, "obj", "--resume").stderr
 
-    def test_verify_finds_what_size_and_time_hide(self, models: Path, light: Path) -> None:
-        run(models, light)
-        source, target = models / "district 0" / "building_000.obj", light / "district 1" / "building_001.ply"
+    def test_verify_finds_what_size_and_time_hide(self, models: Path, out: Path) -> None:
+        run_batch(models, out)
+        source, target = models / "district 0" / "building_000.obj", out / "district 1" / "building_001.ply"
         times = source.stat()
         write(source, source.read_text().replace("1.0", "1.5"))
         os.utime(source, ns=(times.st_atime_ns, times.st_mtime_ns))
         whole = target.read_bytes()
         write(target, whole[:-1] + bytes([whole[-1] ^ 1]))
-        assert b"12 done before" in run(models, light, "--resume").stderr
-        assert b"2 done, 10 done before" in run(models, light, "--resume", "--verify").stderr
+        assert b"12 already done" in run_batch(models, out, "--resume").stderr
+        assert b"2 done, 10 already done" in run_batch(models, out, "--resume", "--verify").stderr
         assert target.read_bytes() == whole
 
-    def test_a_torn_last_line_is_cut(self, models: Path, light: Path) -> None:
-        run(models, light)
-        manifest = light / "manifest.jsonl"
+    def test_a_torn_last_line_is_cut(self, models: Path, out: Path) -> None:
+        run_batch(models, out)
+        manifest = out / "manifest.jsonl"
         manifest.write_bytes(manifest.read_bytes()[:-30])
-        assert b"1 done, 11 done before" in run(models, light, "--resume").stderr
-        assert sorted(done(manifest)) == sorted(results(light))
+        assert b"1 done, 11 already done" in run_batch(models, out, "--resume").stderr
+        assert sorted(list_done(manifest)) == sorted(read_results(out))
 
-    def test_a_second_run_keeps_out(self, models: Path, light: Path, tmp_path: Path) -> None:
-        slow = misbehaving(tmp_path / "site", SECONDS_PER_FILE="1")
-        with start(models, light, "-j", "1", env=slow) as first:
-            wait_for_rows(light / "manifest.jsonl", 1, first)
-            second = run(models, light, "--resume")
+    def test_a_second_run_keeps_out(self, models: Path, out: Path, tmp_path: Path) -> None:
+        slow = make_misbehaving(tmp_path / "site", SECONDS_PER_FILE="1")
+        with start_batch(models, out, "-j", "1", env=slow) as first:
+            wait_for_rows(out / "manifest.jsonl", 1, first)
+            second = run_batch(models, out, "--resume")
             assert first.poll() is None
             first.kill()
         assert second.returncode == 2
-        assert "another run writes it" in errors(second)
+        assert "another run writes it" in last_error(second)
 
 
 class TestStops:
-    def test_a_killed_run_leaves_no_process_and_its_results_are_those_of_a_whole_one(
-        self, tmp_path: Path, light: Path
-    ) -> None:
-        models = buildings(tmp_path / "models", 60)
+    def test_a_killed_run_leaves_no_process(self, models: Path, out: Path, tmp_path: Path) -> None:
+        slow = make_misbehaving(tmp_path / "site", SECONDS_PER_FILE="100")
+        with start_batch(models, out, "-j", "2", env=slow, cwd=tmp_path) as killed:
+            while len(find_processes(tmp_path)) < 3:
+                assert killed.poll() is None
+                time.sleep(0.02)
+            killed.kill()
+        wait_until_empty(tmp_path)
+
+    @pytest.mark.slow
+    def test_a_run_that_is_killed_and_resumed_has_the_results_of_a_whole_one(self, tmp_path: Path, out: Path) -> None:
+        models = write_buildings(tmp_path / "models", 60)
         whole = tmp_path / "whole"
-        assert run(models, whole).returncode == 0
-        slow = misbehaving(tmp_path / "site", SECONDS_PER_FILE="0.02")
+        assert run_batch(models, whole).returncode == 0
+        slow = make_misbehaving(tmp_path / "site", SECONDS_PER_FILE="0.02")
         moment, recorded = random.Random(6), []
         for _ in range(3):
-            with start(models, light, "--resume", env=slow, cwd=tmp_path) as killed:
-                wait_for_rows(light / "manifest.jsonl", len(recorded) + 2, killed)
+            with start_batch(models, out, "--resume", env=slow, cwd=tmp_path) as killed:
+                wait_for_rows(out / "manifest.jsonl", len(recorded) + 2, killed)
                 time.sleep(moment.uniform(0, 0.2))
                 killed.kill()
-            recorded = done(light / "manifest.jsonl")
+            recorded = list_done(out / "manifest.jsonl")
             assert 0 < len(recorded) < 60
-            wait_until_nobody_is_in(tmp_path)
-        leftover(light / "district 0")
-        assert run(models, light, "--resume").returncode == 0
-        assert results(light) == results(whole)
-        names = done(light / "manifest.jsonl")
+            wait_until_empty(tmp_path)
+        leave_file(out / "district 0")
+        assert run_batch(models, out, "--resume").returncode == 0
+        assert read_results(out) == read_results(whole)
+        names = list_done(out / "manifest.jsonl")
         assert len(names) == len(set(names)) == 60
         assert names[: len(recorded)] == recorded
 
-    def test_ctrl_c_once_finishes_what_is_running(self, models: Path, light: Path, tmp_path: Path) -> None:
-        slow = misbehaving(tmp_path / "site", SECONDS_PER_FILE="0.5")
-        with start(models, light, "-j", "2", env=slow) as process:
-            wait_for_rows(light / "manifest.jsonl", 2, process)
+    def test_ctrl_c_once_finishes_what_is_running(self, models: Path, out: Path, tmp_path: Path) -> None:
+        slow = make_misbehaving(tmp_path / "site", SECONDS_PER_FILE="0.5")
+        with start_batch(models, out, "-j", "2", env=slow) as process:
+            wait_for_rows(out / "manifest.jsonl", 2, process)
             process.send_signal(signal.SIGINT)
             stderr = process.communicate()[1]
         assert process.returncode == 130
-        assert b"finishing what is running" in stderr
-        names = done(light / "manifest.jsonl")
+        assert b"finishing the files that are running" in stderr
+        names = list_done(out / "manifest.jsonl")
         assert 2 <= len(names) < 12
-        assert sorted(names) == sorted(results(light))
-        assert run(models, light, "--resume").returncode == 0
-        assert sorted(done(light / "manifest.jsonl")) == sorted(results(light))
+        assert sorted(names) == sorted(read_results(out))
+        assert run_batch(models, out, "--resume").returncode == 0
+        assert sorted(list_done(out / "manifest.jsonl")) == sorted(read_results(out))
 
-    def test_ctrl_c_twice_stops_now(self, models: Path, light: Path, tmp_path: Path) -> None:
+    def test_ctrl_c_twice_stops_now(self, models: Path, out: Path, tmp_path: Path) -> None:
         shutil.copy(models / "district 0" / "building_000.obj", models / "hangs.obj")
-        with start(models, light, "-j", "2", env=misbehaving(tmp_path / "site"), cwd=tmp_path) as process:
-            wait_for_rows(light / "manifest.jsonl", 2, process)
+        with start_batch(models, out, "-j", "2", env=make_misbehaving(tmp_path / "site"), cwd=tmp_path) as process:
+            wait_for_rows(out / "manifest.jsonl", 2, process)
             process.send_signal(signal.SIGINT)
             assert process.stderr is not None
-            assert any(b"again stops now" in line for line in process.stderr)
+            assert any(b"again to stop now" in line for line in process.stderr)
             process.send_signal(signal.SIGINT)
             process.communicate()
         assert process.returncode == 130
-        wait_until_nobody_is_in(tmp_path)
+        wait_until_empty(tmp_path)
         names = [str(path.relative_to(models)) for path in models.rglob("*.*")]
         # What ended in that moment may not be recorded yet, but it is whole, and nothing else is there.
-        assert set(done(light / "manifest.jsonl")) <= results(light).keys() <= set(names)
+        assert set(list_done(out / "manifest.jsonl")) <= read_results(out).keys() <= set(names)
 
 
 class TestSummary:
-    def test_totals_slowest_files_and_errors_by_kind(self, models: Path, light: Path) -> None:
+    def test_totals_slowest_files_and_errors_by_kind(self, models: Path, out: Path) -> None:
         write(models / "bad.obj", "no model")
         os.mkfifo(models / "pipe.obj")
-        run(models, light)
+        run_batch(models, out)
         write(models / "bad.obj", "still none")
-        run(models, light, "--resume")
-        result = run("--summary", light / "manifest.jsonl")
+        run_batch(models, out, "--resume")
+        result = run_batch("--summary", out / "manifest.jsonl")
         assert (result.returncode, result.stderr) == (0, b"")
         told = result.stdout.decode()
         assert "12 done, 2 failed" in told
@@ -445,7 +454,7 @@ class TestSummary:
         assert "1 x cannot be read as a mesh" in told
         assert "pipe.obj: is a FIFO" in told
 
-    def test_a_manifest_that_is_not_there(self, light: Path) -> None:
-        result = run("--summary", light / "manifest.jsonl")
+    def test_a_manifest_that_is_not_there(self, out: Path) -> None:
+        result = run_batch("--summary", out / "manifest.jsonl")
         assert result.returncode == 1
-        assert "No such file" in errors(result)
+        assert "No such file" in last_error(result)

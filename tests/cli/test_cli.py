@@ -16,7 +16,7 @@ import pytest
 from shapes import Gltf, box, fine_box, obj_text, open_cone, ply_bytes, write
 
 from bldsimp.cli import main
-from bldsimp.inspection import surface_of
+from bldsimp.inspection import count_defects
 from bldsimp.io import read
 
 COMMAND = [sys.executable, "-c", "import sys; from bldsimp.cli import main; sys.exit(main())"]
@@ -39,7 +39,7 @@ def house(tmp_path: Path) -> Path:
 
 def assert_box(source: Path | bytes, format_: str) -> None:
     mesh = read(source, format_).meshes[0]
-    surface = surface_of(mesh.points, mesh.faces)
+    surface = count_defects(mesh.points, mesh.faces)
     assert (surface.points, surface.triangles, surface.watertight) == (8, 12, True)
 
 
@@ -64,14 +64,14 @@ class TestSimplify:
         assert result.stdout == b""
         assert_box(tmp_path / "out.glb", "glb")
         report = json.loads((tmp_path / "report.json").read_text())
-        assert report["schema"] == "bldsimp.report/1"
+        assert report["schema"] == "bldsimp.report/2"
         assert (report["before"]["points"], report["after"]["points"]) == (98, 8)
         assert (report["before"]["bytes"], report["after"]["bytes"]) == (
             house.stat().st_size, (tmp_path / "out.glb").stat().st_size,
         )  # fmt: skip
         assert report["before"]["watertight"] is report["after"]["watertight"] is True
         assert report["deviation"] <= report["tolerance"]
-        assert report["facets"] == sum(report["rungs"].values()) == 6
+        assert report["facets"] == sum(report["facet_levels"].values()) == 6
         summary = result.stderr.decode()
         assert "98 -> 8" in summary
         assert "watertight" in summary
@@ -84,17 +84,17 @@ class TestSimplify:
             text += f"o {name}\n" + obj_text(points, faces, start=start)
             start += len(points)
         source, report = write(tmp_path / "in.obj", text), tmp_path / "report.json"
-        options = ["--tolerance", "1.2", "--min-part", "0.2", "--report", report]
+        options = ["--tolerance", "1.2", "--min-component", "0.2", "--report", report]
         result = run("simplify", source, tmp_path / "out.obj", *options)
         assert result.returncode == 0
         assert_box(tmp_path / "out.obj", "obj")
-        dropped = json.loads(report.read_text())["dropped"]
-        assert [(one["part"], one["triangles"], one["reason"]) for one in dropped] == [
-            ("speck", 12, "smaller_than_min_part"), ("panel", 12, "within_tolerance"),
+        removed = json.loads(report.read_text())["removed_components"]
+        assert [(one["part"], one["triangles"], one["reason"]) for one in removed] == [
+            ("speck", 12, "smaller_than_min_component"), ("panel", 12, "within_tolerance"),
         ]  # fmt: skip
         summary = result.stderr.decode()
-        assert "dropped    1 component within the tolerance of what remains: panel\n" in summary
-        assert "dropped    1 component smaller than asked for, which the deviation does not count: speck\n" in summary
+        assert "removed    1 component within the tolerance of the rest: panel\n" in summary
+        assert "removed    1 component smaller than --min-component, not counted in the deviation: speck\n" in summary
 
     def test_a_hole_closes_on_request(self, tmp_path: Path) -> None:
         points, faces = fine_box()
@@ -102,9 +102,8 @@ class TestSimplify:
         for options, closed in (([], 0), (["--allow-close"], 1)):
             result = run("simplify", source, "-", "--to", "obj", "--tolerance", "0.2", "--report", report, *options)
             assert result.returncode == 0
-            assert (json.loads(report.read_text())["closed"], b"1 boundary loops closed" in result.stderr) == (
-                closed, closed == 1,
-            )  # fmt: skip
+            assert json.loads(report.read_text())["closed_boundary_loops"] == closed
+            assert (b"1 boundary loops closed" in result.stderr) == (closed == 1)
         assert_box(result.stdout, "obj")
 
     def test_pipes(self, house: Path) -> None:
@@ -163,12 +162,12 @@ class TestSimplify:
         assert_box(tmp_path / "b.obj", "obj")
         assert not read(tmp_path / "b.obj", "obj").meshes[0].attributes
 
-    def test_little_to_drop_and_coarse_numbers_are_told(self, tmp_path: Path) -> None:
+    def test_few_removed_points_and_coarse_numbers_give_a_hint(self, tmp_path: Path) -> None:
         source = write(tmp_path / "cone.obj", obj_text(*open_cone()))
-        assert b"little could be dropped" in run("simplify", source, tmp_path / "a.obj").stderr
+        assert b"few points could be removed" in run("simplify", source, tmp_path / "a.obj").stderr
         points, faces = open_cone()
         source = write(tmp_path / "far.ply", ply_bytes(points + 5_000_000.0, faces))
-        assert b"coarser than the tolerance; --tolerance 2 may" in run("simplify", source, tmp_path / "b.ply").stderr
+        assert b"than the tolerance: try --tolerance 2" in run("simplify", source, tmp_path / "b.ply").stderr
 
     def test_same_bytes_twice_and_nothing_more_the_second_time(self, house: Path, tmp_path: Path) -> None:
         for name in ("a.glb", "b.glb"):
@@ -194,9 +193,9 @@ class TestWrongUsage:
             (["none.obj", "out.obj", "--tolerance", "inf%"], "--tolerance"),
             (["none.obj", "out.obj", "--tolerance", "much"], "--tolerance"),
             (["none.obj", "out.obj", "--weld", "-0.1"], "--weld"),
-            (["none.obj", "out.obj", "--min-part", "-0.1"], "--min-part"),
-            (["none.obj", "out.obj", "--min-part", "inf"], "--min-part"),
-            (["none.obj", "out.obj", "--min-part", "1%"], "--min-part"),
+            (["none.obj", "out.obj", "--min-component", "-0.1"], "--min-component"),
+            (["none.obj", "out.obj", "--min-component", "inf"], "--min-component"),
+            (["none.obj", "out.obj", "--min-component", "1%"], "--min-component"),
             (["none.obj", "out.obj", "--normals", "pretty"], "pretty"),
             (["none.obj", "out.obj", "--no-such-option"], "--no-such-option"),
             (["none.obj", "out.obj", "-q", "-v"], "exclude"),
@@ -396,7 +395,7 @@ class TestInspect:
         assert b"attributes        COLOR_0 (color)" in run("inspect", source).stdout
         found = json.loads(run("inspect", source, "--json").stdout)["meshes"][0]
         assert found["attributes"] == [{"name": "COLOR_0", "kind": "color", "on": "vertices"}]
-        assert found["passed_on"] == []
+        assert found["unchanged_parts"] == []
 
     def test_as_json_counts_defects(self, tmp_path: Path) -> None:
         points, faces = box()
@@ -404,7 +403,7 @@ class TestInspect:
         faces = np.vstack([faces[1:], faces[-1:], [[0, 8, 1]]])
         result = run("inspect", write(tmp_path / "in.ply", ply_bytes(points, faces)), "--json")
         found = json.loads(result.stdout)
-        assert found["schema"] == "bldsimp.inspection/1"
+        assert found["schema"] == "bldsimp.inspection/2"
         total = found["total"]
         assert total["duplicate_faces"] == 1
         assert total["degenerate_faces"] == 1
@@ -420,9 +419,46 @@ class TestInspect:
         one_error(run("inspect", tmp_path / "none.ply"), 1, "no such file")
 
 
+@pytest.mark.parametrize(
+    ("words", "kind"),
+    [
+        ("simplify ", "file"),
+        ("simplify in.obj ", "file"),
+        ("simplify in.obj out.obj --report ", "file"),
+        ("inspect ", "file"),
+        ("batch ", "file"),
+        ("batch --manifest ", "file"),
+        ("compare a.obj ", "file"),
+        ("compare a.obj --html ", "file"),
+        ("sim", "plain"),
+        ("simplify --norm", "plain"),
+    ],
+)
+def test_a_shell_completes_files_commands_and_options(words: str, kind: str) -> None:
+    words = f"bldsimp {words}"
+    variables = {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split(" ")) - 1)}
+    result = run(env=os.environ | variables | {"_BLDSIMP_COMPLETE": "bash_complete"})
+    assert result.returncode == 0
+    assert {line.split(",")[0] for line in result.stdout.decode().splitlines()} == {kind}
+
+
+def test_a_shell_gets_the_script_that_completes() -> None:
+    result = run(env=os.environ | {"_BLDSIMP_COMPLETE": "bash_source"})
+    assert b"complete -o nosort -F _bldsimp_completion bldsimp" in result.stdout
+
+
+def test_the_old_name_of_min_component_still_works(tmp_path: Path) -> None:
+    text = obj_text(*box(4.0)) + obj_text(*box(0.1, 9.0), start=9)
+    source = write(tmp_path / "in.obj", text)
+    result = run("simplify", source, tmp_path / "out.obj", "--min-part", "0.2")
+    assert b"--min-part is deprecated: use --min-component" in result.stderr
+    assert_box(tmp_path / "out.obj", "obj")
+    assert b"--min-part" not in run("simplify", "--help").stdout
+
+
 def test_version_and_help() -> None:
     assert run("--version").stdout.startswith(b"bldsimp 0.")
-    for command in ([], ["simplify"], ["inspect"]):
+    for command in ([], ["simplify"], ["inspect"], ["batch"], ["compare"]):
         result = run(*command, "--help")
         assert result.returncode == 0
         assert b"Usage" in result.stdout

@@ -25,7 +25,7 @@ from shapes import (
 )  # fmt: skip
 
 from bldsimp import InputError, Mesh, Scene
-from bldsimp.inspection import surface_of
+from bldsimp.inspection import count_defects
 from bldsimp.io import read
 from bldsimp.tolerance import spacing
 
@@ -65,7 +65,7 @@ def test_the_same_box_from_every_format(format_: str, shift: float) -> None:
     suffix, content = files[format_]
     mesh = mesh_of(content, suffix)
     assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
-    assert surface_of(mesh.points, mesh.faces).watertight
+    assert count_defects(mesh.points, mesh.faces).watertight
     assert mesh.single  # all coordinates are whole numbers below 2**24
 
 
@@ -75,7 +75,7 @@ def test_polygons_keep_their_area_and_winding(write_as) -> None:
     mesh = mesh_of(write_as(points, quads), {obj_text: "obj", off_text: "off", ply_bytes: "ply"}[write_as])
     assert len(mesh.faces) == 12
     assert area(mesh) == pytest.approx(24.0)
-    assert surface_of(mesh.points, mesh.faces).watertight
+    assert count_defects(mesh.points, mesh.faces).watertight
 
 
 def test_a_concave_polygon_is_not_cut_as_a_fan() -> None:
@@ -220,7 +220,7 @@ class TestAttributes:
         mesh = mesh_of(stl_text(points, faces[:6], "left") + stl_text(points, faces[6:], "right"), "stl")
         assert [part.name for part in mesh.parts] == ["left", "right"]
         assert np.bincount(mesh.part_of_face).tolist() == [6, 6]
-        assert surface_of(mesh.points, mesh.faces).watertight
+        assert count_defects(mesh.points, mesh.faces).watertight
 
 
 class TestNumberFormat:
@@ -363,5 +363,5 @@ def test_every_model_is_read_or_refused_for_a_reason(models: Path) -> None:
 def test_the_wall_with_a_window_has_the_area_of_its_outlines(models: Path) -> None:
     # Its two large faces are rings with a slit to the window: a fan covers the window and more.
     mesh = read(models / "broken" / "trimesh_wallhole.obj", "obj").meshes[0]
-    plain = surface_of(mesh.points, mesh.faces)
+    plain = count_defects(mesh.points, mesh.faces)
     assert plain.open_edges == plain.nonmanifold_edges == 0

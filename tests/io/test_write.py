@@ -26,7 +26,7 @@ from shapes import (
 
 from bldsimp import Options, OutputError, Scene, simplify_scene
 from bldsimp.cli import main
-from bldsimp.inspection import surface_of
+from bldsimp.inspection import count_defects
 from bldsimp.io import WRITABLE, Written, read
 from bldsimp.io import write as write_scene
 from bldsimp.io.atomic import ABANDONED_SECONDS, clear_leftovers, replace_files
@@ -100,7 +100,7 @@ def test_a_fine_box_comes_out_as_a_box(tmp_path: Path, suffix: str) -> None:
     source = write(tmp_path / "in.obj", obj_text(*fine_box()))
     light(source, tmp_path / f"out.{suffix}")
     mesh = read(tmp_path / f"out.{suffix}", suffix).meshes[0]
-    surface = surface_of(mesh.points, mesh.faces)
+    surface = count_defects(mesh.points, mesh.faces)
     assert (surface.points, surface.triangles, surface.watertight) == (8, 12, True)
     assert as_set(mesh.points) == as_set(box()[0])
 
@@ -124,7 +124,7 @@ class TestCounts:
         assert main(["simplify", str(source), str(target), "--report", str(report_path), "-q"]) == 0
         after = json.loads(report_path.read_text())["after"]
         mesh = read(target, suffix).meshes[0]
-        surface = surface_of(mesh.points, mesh.faces)
+        surface = count_defects(mesh.points, mesh.faces)
         for name in ("points", "triangles", "watertight", "open_edges", "nonmanifold_edges"):
             assert after[name] == getattr(surface, name)
         fallen = suffix == "stl" and shift > 0

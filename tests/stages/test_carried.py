@@ -14,7 +14,7 @@ from shapes import Gltf, fine_box, glb_parts, stl_bytes, write
 from textured_shapes import textured_shape
 
 from bldsimp import Options, Tolerance, simplify_scene
-from bldsimp.inspection import surface_of
+from bldsimp.inspection import count_defects
 from bldsimp.io import FileScene, Written, read
 from bldsimp.io import write as write_scene
 from bldsimp.io.warnings import describe_attribute
@@ -48,7 +48,7 @@ def house(tmp_path: Path) -> Path:
 def check_textures(path: Path) -> None:
     """A light box has its textures by area, UV by side, and the images byte for byte."""
     mesh = mesh_of(path)
-    assert (surface_of(mesh.points, mesh.faces).points, len(mesh.faces)) == (8, 12)
+    assert (count_defects(mesh.points, mesh.faces).points, len(mesh.faces)) == (8, 12)
     check_uv(mesh)
     for part in range(len(mesh.parts)):
         material = mesh.parts[part].material
@@ -341,7 +341,7 @@ class TestColors:
             assert np.all(corners == corners[:, :1])
             found = corners[:, 0, :3]
         assert np.allclose(found * 255, np.stack([side * 51, 255 - side * 51, side * 0], axis=1), atol=1e-4)
-        assert surface_of(mesh.points, mesh.faces).watertight
+        assert count_defects(mesh.points, mesh.faces).watertight
 
     def test_of_an_off_stay(self, tmp_path: Path) -> None:
         points, faces = fine_box()

@@ -221,7 +221,7 @@ def test_a_speck_goes_where_asked_and_is_listed() -> None:
         assert len(light.faces) == report.after.triangles == 12
         assert (report.before.points, report.before.triangles, report.before.watertight) == (24, 36, True)
         assert [(part.part, part.triangles, part.reason) for part in report.dropped] == [
-            ("part 1", 12, "smaller_than_min_part"), ("part 2", 12, "smaller_than_min_part"),
+            ("part 1", 12, "smaller_than_min_component"), ("part 2", 12, "smaller_than_min_component"),
         ]  # fmt: skip
         np.testing.assert_allclose(report.dropped[0].box, [[9, 9, 9], [9.1, 9.1, 9.1]])
         assert report.deviation <= report.tolerance

@@ -9,7 +9,7 @@ import pytest
 from shapes import Gltf, fine_box, glb_parts, glb_values
 
 from bldsimp import Mesh, Options, Part, Report, Scene, SimplifiedMesh, Tolerance, _core, simplify_scene
-from bldsimp.inspection import surface_of
+from bldsimp.inspection import count_defects
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 
@@ -39,7 +39,7 @@ def simplified(seed: int, carried: tuple[tuple[str, ...], tuple[str, ...]]) -> t
 @pytest.mark.parametrize("seed", range(4))
 def test_a_report_of_no_crack_is_true(seed: int, carried: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
     mesh, light, report = simplified(seed, carried)
-    surface = surface_of(mesh.points, light.faces)
+    surface = count_defects(mesh.points, light.faces)
     assert (surface.open_edges, surface.points) == (report.after.open_edges, report.after.points)
     assert report.deviation <= 0.1
     # Where nothing may move, what was open stays so.
@@ -82,7 +82,7 @@ def test_a_glb_is_closed_as_it_is_written(tmp_path: Path, textured: bool) -> Non
     lights, report = simplify_scene(scene, WELD)
     write_scene(scene, lights, tmp_path / "out.glb", "glb", WELD)
     mesh = read(tmp_path / "out.glb", "glb").meshes[0]
-    surface = surface_of(mesh.points, mesh.faces)
+    surface = count_defects(mesh.points, mesh.faces)
     assert (surface.watertight, surface.points) == (True, report.after.points)
     after = (tmp_path / "out.glb").read_bytes()
     primitives = glb_parts(after)[0]["meshes"][0]["primitives"]
@@ -128,7 +128,7 @@ def test_primitives_of_two_number_formats_meet_where_they_should(tmp_path: Path)
     gap = np.abs(used[:, None] - points[None]).max(axis=2).min(axis=1)
     assert gap.max() <= 0.011
     assert len(np.unique(used.round(), axis=0)) >= 8
-    assert surface_of(mesh.points.round(), mesh.faces).watertight
+    assert count_defects(mesh.points.round(), mesh.faces).watertight
 
 
 def test_welding_beyond_a_wide_tolerance_ends_as_well_as_any() -> None:

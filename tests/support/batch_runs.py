@@ -47,7 +47,7 @@ bldsimp.job.simplify_file = simplify_file
 """
 
 
-def buildings(folder: Path, count: int) -> Path:
+def write_buildings(folder: Path, count: int) -> Path:
     """Boxes of different sizes in two levels of folders, as OBJ and PLY in turns."""
     points, faces = fine_box(4)
     for i in range(count):
@@ -60,14 +60,14 @@ def buildings(folder: Path, count: int) -> Path:
     return folder
 
 
-def run(*arguments: object, cwd: Path | None = None, **options: Any) -> subprocess.CompletedProcess[bytes]:
+def run_batch(*arguments: object, cwd: Path | None = None, **options: Any) -> subprocess.CompletedProcess[bytes]:
     return subprocess.run(
         [*COMMAND, "batch", *map(str, arguments)], capture_output=True, timeout=PATIENCE, cwd=cwd, **options
     )
 
 
 @contextmanager
-def start(*arguments: object, **options: Any) -> Iterator[subprocess.Popen[bytes]]:
+def start_batch(*arguments: object, **options: Any) -> Iterator[subprocess.Popen[bytes]]:
     """A run that goes on meanwhile; one that would go on for ever is killed, so that whoever waits for it fails."""
     words = [*COMMAND, "batch", *map(str, arguments)]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options) as process:
@@ -83,7 +83,7 @@ def start(*arguments: object, **options: Any) -> Iterator[subprocess.Popen[bytes
             watch.cancel()
 
 
-def misbehaving(folder: Path, more: str = "", **variables: str) -> dict[str, str]:
+def make_misbehaving(folder: Path, more: str = "", **variables: str) -> dict[str, str]:
     """Environment of a run whose workers hang, crash or grow over files of such names."""
     folder.mkdir(exist_ok=True)
     (folder / "sitecustomize.py").write_text(MISBEHAVING + more)
@@ -100,7 +100,7 @@ replace_files({Path(sys.argv[1], "result.obj"): b"half"})
 """
 
 
-def leftover(folder: Path) -> Path:
+def leave_file(folder: Path) -> Path:
     """What a process leaves in a folder that is killed before it puts a file in place."""
     before = set(folder.iterdir())
     assert subprocess.run([sys.executable, "-c", DIES, folder], check=False).returncode == 9
@@ -111,19 +111,20 @@ def leftover(folder: Path) -> Path:
 def wait_for_rows(manifest: Path, count: int, process: subprocess.Popen[bytes]) -> None:
     """Wait until a run has recorded so many files."""
     while (recorded := manifest.read_bytes().count(b"\n") if manifest.exists() else 0) < count:
-        assert process.poll() is None, f"ended with {recorded} of {count} rows"
+        if process.poll() is not None:
+            raise AssertionError(f"ended with {recorded} of {count} rows: {process.communicate()[1].decode()}")
         time.sleep(0.02)
 
 
-def wait_until_nobody_is_in(folder: Path) -> None:
+def wait_until_empty(folder: Path) -> None:
     """Wait until no process works in a folder any more."""
     end = time.monotonic() + PATIENCE
-    while (left := processes_in(folder)) and time.monotonic() < end:
+    while (left := find_processes(folder)) and time.monotonic() < end:
         time.sleep(0.02)
     assert left == []
 
 
-def processes_in(folder: Path) -> list[str]:
+def find_processes(folder: Path) -> list[str]:
     """Processes whose working directory is a folder."""
     found = []
     for process in Path("/proc").glob("[0-9]*"):
@@ -135,29 +136,29 @@ def processes_in(folder: Path) -> list[str]:
     return found
 
 
-def rows(manifest: Path) -> list[dict[str, Any]]:
+def read_rows(manifest: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in manifest.read_bytes().splitlines()]
 
 
-def done(manifest: Path) -> list[str]:
+def list_done(manifest: Path) -> list[str]:
     """Names of the files that are done, once for each row that says so."""
-    return [row["input"] for row in rows(manifest) if row["status"] == "done"]
+    return [row["input"] for row in read_rows(manifest) if row["status"] == "done"]
 
 
-def failed(manifest: Path) -> dict[str, dict[str, Any]]:
-    return {row["input"]: row for row in rows(manifest) if row["status"] == "failed"}
+def list_failed(manifest: Path) -> dict[str, dict[str, Any]]:
+    return {row["input"]: row for row in read_rows(manifest) if row["status"] == "failed"}
 
 
-def results(folder: Path) -> dict[str, bytes]:
+def read_results(folder: Path) -> dict[str, bytes]:
     """All files of a folder of results but the manifest, hidden ones too."""
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in folder.rglob("*")
-        if path.is_file() and path.name != "manifest.jsonl"
+        if path.is_file() and path.name not in ("manifest.jsonl", ".manifest.jsonl.lock")
     }
 
 
-def terrain(side: int) -> bytes:
+def make_terrain(side: int) -> bytes:
     """A rough surface as binary PLY: it takes some fifty times as much memory as it has bytes."""
     x, y = np.meshgrid(np.arange(side), np.arange(side))
     points = np.stack([x.ravel(), y.ravel(), np.random.default_rng(0).normal(size=x.size)], axis=1).astype("<f4")

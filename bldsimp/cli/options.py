@@ -1,0 +1,121 @@
+"""Options that commands share, and values that bldsimp's own functions parse."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from ..errors import UsageError
+from ..options import (
+    CREASE_DEGREES,
+    DELIMITS,
+    NORMALS,
+    TEXTURE_TOLERANCE,
+    Options,
+    parse_delimit,
+    parse_length,
+    parse_tolerance,
+)
+
+FILE = click.Path(dir_okay=False, readable=False, allow_dash=True)
+"""A file to read or write; shells complete its name. Later checks say whether it can be read or written."""
+
+
+def parse_with(parse: Callable[[str], Any]) -> Callable[[click.Context, click.Parameter, str | None], Any]:
+    """Make the callback of an option whose value a function parses; it raises `UsageError` where the text is wrong."""
+
+    def parse_value(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+        try:
+            return None if text is None else parse(text)
+        except UsageError as error:
+            raise click.BadParameter(str(error), context, option) from None
+
+    return parse_value
+
+
+_parse_length = parse_with(parse_length)
+
+FROM = click.option("--from", "from_", metavar="FORMAT", help="Format of the input, where its suffix does not tell.")
+TO = click.option("--to", metavar="FORMAT", help="Format of the result, where its suffix does not tell.")
+
+_OPTIONS = [
+    click.option(
+        "--tolerance",
+        callback=parse_with(parse_tolerance),
+        default="auto",
+        metavar="auto|LENGTH|PERCENT%",
+        help="How far any point of the surface may move: a length in model units, a percentage of the diagonal of the"
+        " model's bounding box, or 'auto', the precision of the file's own coordinates, so that no detail is lost. 0"
+        " removes only what is exactly coplanar or collinear.",
+    ),
+    click.option(
+        "--weld",
+        callback=_parse_length,
+        default="0",
+        metavar="LENGTH",
+        help="Merge points closer than this, in model units; 0 merges identical points only.",
+    ),
+    click.option(
+        "--min-component",
+        callback=_parse_length,
+        default="0",
+        metavar="LENGTH",
+        help="Remove components whose bounding box has a smaller diagonal than this, in model units, such as antennas."
+        " The tolerance does not limit this, and the deviation does not include it.",
+    ),
+    click.option("--min-part", callback=_parse_length, hidden=True),
+    click.option(
+        "--allow-close",
+        is_flag=True,
+        help="Also close boundary loops (holes, cracks) if the faces that close them stay within the tolerance of the"
+        " surface. Needs a tolerance above a hundred-thousandth of the diagonal.",
+    ),
+    click.option(
+        "--normals",
+        type=click.Choice(NORMALS),
+        default="auto",
+        help="Vertex normals of the result. 'auto' keeps the input's normals unless they equal the face normals;"
+        " 'smooth' computes new ones.",
+    ),
+    click.option(
+        "--crease-angle",
+        callback=_parse_length,
+        default=f"{CREASE_DEGREES:g}",
+        metavar="DEGREES",
+        help="Edges that turn by more than this are hard: facets end where stored normals do, and new normals are not"
+        " smooth there. Recompute normals that deviate more than this from a face.",
+    ),
+    click.option(
+        "--delimit",
+        callback=parse_with(parse_delimit),
+        default="all",
+        metavar="WORDS",
+        help=f"Attributes that facets may not cross, separated by commas: {', '.join(DELIMITS)}. 'crease' means hard"
+        " edges of stored normals, 'feature' means ids and labels. UV, colors and features that you leave out are"
+        " removed; 'none' keeps only the geometry.",
+    ),
+    click.option(
+        "--texture-tolerance",
+        callback=_parse_length,
+        default=f"{TEXTURE_TOLERANCE:g}",
+        metavar="TEXELS",
+        help="How far a texture may move on its wall, in texels of the largest image of its material.",
+    ),
+]
+
+
+def add_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that choose how a file is simplified; `make_options` takes their values."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def make_options(min_part: float | None = None, **values: Any) -> Options:
+    """Make `Options` of parsed values; `min_part` is the deprecated name of `min_component`."""
+    if min_part is not None:
+        click.echo("warning    --min-part is deprecated: use --min-component", err=True)
+        values["min_component"] = min_part
+    return Options(**values)
