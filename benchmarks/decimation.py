@@ -28,7 +28,7 @@ from third_party import models_folder
 
 from bldsimp.compare.decimate import Decimator, FastSimplification
 from bldsimp.compare.measure import Judge
-from bldsimp.compare.surface import Surface
+from bldsimp.compare.placement import Surface
 
 NEAR = 0.05
 """A figure is reproduced if it is off by no more than this share."""

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from surface import Surface, read_surface, welded
 
-from bldsimp.compare.comparison import BORDER, PLAIN, VARIANTS
+from bldsimp.compare.rows import BORDER, PLAIN, VARIANTS
 from bldsimp.compare.decimate import Decimator
 from bldsimp.compare.measure import Judge
 from bldsimp.compare.peers import installed_peers
-from bldsimp.compare.surface import Surface as Compared
+from bldsimp.compare.placement import Surface as Compared
 
 
 def read_model(path: Path) -> Surface:

@@ -23,8 +23,8 @@ from third_party import ROOT, models_folder
 
 import bldsimp
 from bldsimp.compare.measure import Judge
-from bldsimp.compare.picture import Style, View, picture
-from bldsimp.compare.surface import Surface as Compared
+from picture import Style, View, picture
+from bldsimp.compare.placement import Surface as Compared
 
 OURS = "bldsimp"
 COLUMNS = 4

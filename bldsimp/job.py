@@ -110,7 +110,7 @@ def _leave_out_unshown(scene: Scene) -> None:
 def _simplified(scene: Scene, options: Options, progress: _core.Progress | None) -> tuple[list[SimplifiedMesh], Report]:
     lights, report = simplify_scene(scene, options, progress)
     if options.baseline:
-        from .compare.baseline import baseline_points
+        from .compare.decimate import count_baseline_points
 
-        report.baseline = baseline_points(scene, report.deviation, report.warnings)
+        report.baseline = count_baseline_points(scene, report.deviation, report.warnings)
     return lights, report

@@ -14,10 +14,10 @@ from pathlib import Path
 
 from PIL.Image import Dither
 
-from bldsimp.compare.comparison import compare_file
-from bldsimp.compare.picture import Style, View, picture
+from bldsimp.compare.rows import compare_file
+from picture import Style, View, picture
 from bldsimp.compare.plot import write_plot
-from bldsimp.compare.row import Comparison
+from bldsimp.compare.rows import Comparison
 from bldsimp.compare.table import to_csv
 from bldsimp.options import COMPARED_TOLERANCES
 

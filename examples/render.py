@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 from PIL.Image import Dither
 
-from bldsimp.compare.picture import Style, View, picture
+from picture import Style, View, picture
 
 GLTF_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 

@@ -18,7 +18,7 @@ from textured.draw import cameras, draw
 from textured.model import Model
 from textured.read import is_gltf, read
 
-from bldsimp.compare.picture import crop, to_levels, write_caption
+from picture import crop, to_levels, write_caption
 
 SIZE = 880
 CAPTION = 90

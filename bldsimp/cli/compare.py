@@ -1,4 +1,4 @@
-"""`bldsimp compare`: what every method makes of the same buildings."""
+"""`bldsimp compare`: run every method on the same buildings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .paths import Endpoint, check_open, check_output, endpoint_in
 from .signals import unwind
 
 if TYPE_CHECKING:
-    from ..compare.row import Comparison
+    from ..compare.rows import Comparison
 
 _EXAMPLES = """
 \b
@@ -33,16 +33,16 @@ Examples:
     "--tolerances",
     default=COMPARED_TOLERANCES,
     metavar="LIST",
-    help="Tolerances with commas between, each as `simplify` takes it.  [default: " + COMPARED_TOLERANCES + "]",
+    help="Tolerances separated by commas, each as for `simplify`.  [default: " + COMPARED_TOLERANCES + "]",
 )
 @click.option("--csv", metavar="FILE.csv|-", help="Also write the rows as CSV; '-' prints it instead.")
 @click.option("--json", "json_", metavar="FILE.json|-", help="Also write the rows as JSON; '-' prints it instead.")
-@click.option("--plot", metavar="FILE.svg|png", help="Also draw points against tolerance; wants bldsimp[plots].")
-@click.option("--html", metavar="FILE.html", help="Also write one page that shows the surfaces in 3D, offline.")
+@click.option("--plot", metavar="FILE.svg|png", help="Also draw points against tolerance; PNG needs bldsimp[plots].")
+@click.option("--html", metavar="FILE.html", help="Also write a page that shows the surfaces in 3D, offline.")
 @click.option(
-    "--peers", is_flag=True, help="Also ask manifold3d, meshoptimizer, open3d, pymeshlab and pyfqmr, if installed."
+    "--peers", is_flag=True, help="Also run manifold3d, meshoptimizer, open3d, pymeshlab and pyfqmr, where installed."
 )
-@click.option("--from", "from_", metavar="FORMAT", help="Format of the files, where their suffix does not tell.")
+@click.option("--from", "from_", metavar="FORMAT", help="Format of the files, if their suffix does not name it.")
 @click.option("--overwrite", is_flag=True, help="Replace files that exist.")
 @click.option("-q", "--quiet", is_flag=True, help="No table and no progress bar.")
 def compare(
@@ -59,17 +59,17 @@ def compare(
 ) -> None:
     """Compare methods on the same buildings: points, triangles, deviation, borders and time.
 
-    For each FILE and tolerance: the original; standard, which cuts the outlines of improved until every piece is
-    a Delaunay edge by itself; improved, which is what `simplify` does; and fast-simplification, plain, with its
-    preserve_border and with its lossless, at the deviation that was measured for improved (its target is searched
-    for), and at as many points as improved has.
+    The methods are: the original; improved, the result of `simplify`; standard, which cuts the outlines of improved
+    until every piece is a Delaunay edge by itself; and fast-simplification. The last is searched for the fewest
+    points within the deviation measured for improved (plain, with preserve_border, and lossless), and for the
+    deviation at the number of points of improved.
 
-    Geometry alone is compared: textures, colours and normals are not regarded. Deviations are measured both
-    ways, from all points and 20,000 samples of either surface; the bound is certified. A border is made where
-    an open edge lies on none of the original. Seconds are those of one run, without reading and
-    searching; standard's hold those of improved, whose facets it starts from.
+    Only geometry is compared: textures, colors and normals are ignored. Deviations are measured both ways, from
+    all points and 20,000 samples of each surface; the bound is certified. "border made" counts open edges that
+    lie on no open edge of the original. Seconds are those of one run, without reading and searching; standard
+    includes those of improved, whose facets it starts from.
 
-    A file that cannot be read gets a row that says why; the others are done, and the exit code is 1.
+    A file that cannot be read gets a row with the reason. The other files are compared, and the exit code is 1.
     """
     texts = _tolerances(tolerances)
     endpoints = [endpoint_in(source, from_) for source in sources]
@@ -85,12 +85,8 @@ def compare(
         from ..compare.plot import check_plot
 
         check_plot(paths["--plot"].suffix)
-    if "--html" in paths:
-        from ..compare.page import viewer_library
-
-        viewer_library()
     comparisons = _compared(dict(zip(sources, endpoints, strict=True)), texts, peers, quiet)
-    from ..compare.table import to_text
+    from ..compare.table import format_text
     from ..io.atomic import replace_files
 
     written = {path: _written(name, path, comparisons) for name, path in paths.items()}
@@ -99,7 +95,7 @@ def compare(
     if printed:
         click.echo(_written(printed, Path("-"), comparisons), nl=False)
     elif not quiet:
-        click.echo(to_text(comparisons))
+        click.echo(format_text(comparisons))
     failed = [comparison for comparison in comparisons if comparison.failed]
     if failed:
         # What was printed must stand before the line that tells of the failure.
@@ -161,26 +157,26 @@ def _check_outputs(paths: dict[str, Path], endpoints: list[Endpoint], overwrite:
 def _written(name: str, path: Path, comparisons: list[Comparison]) -> bytes:
     """What an option wants written."""
     if name == "--plot":
-        from ..compare.plot import write_plot
+        from ..compare.plot import draw_plot
 
-        return write_plot(comparisons, path.suffix)
+        return draw_plot(comparisons, path.suffix)
     if name == "--html":
-        from ..compare.page import write_page
+        from ..compare.page import build_page
 
-        return write_page(comparisons)
-    from ..compare.table import to_csv, to_json
+        return build_page(comparisons)
+    from ..compare.table import format_csv, format_json
 
     # Names of files need not be Unicode.
-    return (to_csv if name == "--csv" else to_json)(comparisons).encode("utf-8", "backslashreplace")
+    return (format_csv if name == "--csv" else format_json)(comparisons).encode("utf-8", "backslashreplace")
 
 
 def _compared(files: dict[str, Endpoint], texts: list[str], peers: bool, quiet: bool) -> list[Comparison]:
     """Compare one file after the other."""
-    from ..compare.comparison import compare_file, method_names
-    from ..compare.peers import installed_peers
+    from ..compare.rows import compare_file, list_methods
+    from ..compare.peers import find_peers
 
-    asked = installed_peers() if peers else []
-    steps = len(texts) * len(method_names(asked))
+    asked = find_peers() if peers else []
+    steps = len(texts) * len(list_methods(asked))
     comparisons = []
     with _progress(len(files) * steps, quiet) as move:
         for file, endpoint in files.items():

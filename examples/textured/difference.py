@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bldsimp.compare.picture import Camera, Style
+from picture import Camera, Style
 from textured.draw import cameras, draw
 from textured.model import Floats, Model
 

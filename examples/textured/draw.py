@@ -1,6 +1,6 @@
 """Draw a textured model from any side: texture times colour, lit from the eye, behind a perspective camera.
 
-Which face is in front is told by `bldsimp.compare.picture`. One layer of what is not opaque is drawn over the rest.
+Which face is in front is told by `picture`. One layer of what is not opaque is drawn over the rest.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bldsimp.compare.picture import Camera, Style, View, distances_to_edges, edge_function, nearest_faces
+from picture import Camera, Style, View, distances_to_edges, edge_function, nearest_faces
 from textured.model import Floats, Integers, Model
 
 AMBIENT = 0.35

@@ -12,10 +12,11 @@ import pytest
 from conftest import ROOT
 
 pytest.importorskip("PIL")
+sys.path.insert(0, str(ROOT / "examples"))
 
+from picture import Style, View, creases, crop, nearest_faces, picture
 from PIL import Image
 
-from bldsimp.compare.picture import Style, View, creases, crop, nearest_faces, picture
 from bldsimp.errors import BldsimpError
 
 SMALL = Style(width=120, height=100, samples=2)
