@@ -23,7 +23,7 @@ from third_party import ROOT, models_folder
 
 import bldsimp
 from bldsimp.compare.measure import Judge
-from picture import Style, View, picture
+from picture import Style, View, draw_picture
 from bldsimp.compare.placement import Surface as Compared
 
 OURS = "bldsimp"
@@ -42,7 +42,7 @@ class Scan:
     ----------
     name : str
         Of its pictures.
-    title, source, licence : str
+    title, source, license : str
         What the page tells of it.
     axes : tuple
         Rows that turn the model so that z points upwards.
@@ -56,7 +56,7 @@ class Scan:
     name: str
     title: str
     source: str
-    licence: str
+    license: str
     axes: tuple[tuple[float, float, float], ...]
     styles: dict[float, Style]
     inside: bool = False
@@ -146,8 +146,8 @@ def view(scan: Scan, style: Style, result: Result) -> View:
 
 def draw(scan: Scan, style: Style, made: list[Result], target: Path) -> None:
     """Write a picture of all results."""
-    image = picture([view(scan, style, result) for result in made], style, COLUMNS)
-    # A palette makes the file a third as large; without lines there are only shades of one colour.
+    image = draw_picture([view(scan, style, result) for result in made], style, COLUMNS)
+    # A palette makes the file a third as large; without lines there are only shades of one color.
     image.quantize(COLOURS, dither=Dither.NONE).save(target, optimize=True)
 
 
@@ -171,7 +171,7 @@ def section(scan: Scan, folder: Path) -> str:
     """Draw a scan at all tolerances, and tell of it."""
     mesh = read_model(models_folder() / scan.model)
     judge = judge_of(mesh)
-    parts = [f"\n## {scan.title}\n\nThe model is {scan.source};\nits licence is {scan.licence}.\n"]
+    parts = [f"\n## {scan.title}\n\nThe model is {scan.source};\nits license is {scan.license}.\n"]
     for relative, style in scan.styles.items():
         made = results(mesh, judge, relative * judge.diagonal)
         name = f"{scan.name}_{1000 * relative:g}.png"

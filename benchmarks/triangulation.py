@@ -64,26 +64,26 @@ class Case:
         return len(Delaunay(self.points).simplices)
 
 
-def star(rng: np.random.Generator, centre: tuple[float, float], count: int, least: float, most: float) -> Points:
-    """Points of a ring around a centre, their distance at random."""
+def star(rng: np.random.Generator, center: tuple[float, float], count: int, least: float, most: float) -> Points:
+    """Points of a ring around a center, their distance at random."""
     angle = np.arange(count) * (2 * np.pi / count)
     arm = rng.uniform(least, most, (count, 1))
-    ring: Points = np.array(centre) + arm * np.c_[np.cos(angle), np.sin(angle)]
+    ring: Points = np.array(center) + arm * np.c_[np.cos(angle), np.sin(angle)]
     return ring
 
 
 def polygon(outer: int, holes: int, corners: int) -> Case:
     """A star with star-shaped holes in a circle around its middle."""
     rng = np.random.default_rng(outer)
-    centres = [(6 * np.cos(a), 6 * np.sin(a)) for a in np.arange(holes) * (2 * np.pi / max(holes, 1))]
-    outlines = [star(rng, (0, 0), outer, 10, 13), *(star(rng, c, corners, 1, 1.3) for c in centres)]
+    centers = [(6 * np.cos(a), 6 * np.sin(a)) for a in np.arange(holes) * (2 * np.pi / max(holes, 1))]
+    outlines = [star(rng, (0, 0), outer, 10, 13), *(star(rng, c, corners, 1, 1.3) for c in centers)]
     starts = np.cumsum([0, *map(len, outlines)])
     segments = [
         first + np.c_[np.arange(len(ring)), (np.arange(len(ring)) + 1) % len(ring)]
         for first, ring in zip(starts[:-1], outlines, strict=True)
     ]
     name = f"polygon, {holes} holes" if holes else "polygon"
-    return Case(name, np.concatenate(outlines), np.concatenate(segments).astype(np.int32), centres)
+    return Case(name, np.concatenate(outlines), np.concatenate(segments).astype(np.int32), centers)
 
 
 def cases(quick: bool) -> list[Case]:
