@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from third_party import ROOT
+from surface import ROOT
 
 sys.path.insert(0, str(ROOT / "examples"))
 
