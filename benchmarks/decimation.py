@@ -27,7 +27,7 @@ from table import format_table
 
 from bldsimp.compare.decimate import Decimator, FastSimplification
 from bldsimp.compare.measure import Judge
-from bldsimp.compare.placement import Surface
+from bldsimp.compare.placement import PlacedSurface
 
 NEAR = 0.05
 """A figure is reproduced if it is off by no more than this share."""
@@ -56,7 +56,7 @@ class InSinglePrecision:
 def build_decimators(path: Path) -> tuple[Judge, dict[str, Decimator]]:
     """Build the judge of a model, and its decimators by column."""
     points, faces = weld_surface(*read_surface(path), one_sided=True)
-    judge = Judge(Surface(np.ascontiguousarray(points), np.ascontiguousarray(faces, np.int32)))
+    judge = Judge(PlacedSurface(np.ascontiguousarray(points), np.ascontiguousarray(faces, np.int32)))
     return judge, {
         column: Decimator(judge, InSinglePrecision(variant, judge.origin)) for column, variant in VARIANTS.items()
     }
@@ -72,7 +72,7 @@ def build_rows(anchors: list[dict[str, str]], folder: Path) -> list[list[object]
             known = {model: build_decimators(folder / model)}
         judge, own = known[model]
         for column, decimator in own.items():
-            found = decimator.fewest_points(relative * judge.diagonal)
+            found = decimator.find_fewest_points(relative * judge.diagonal)
             count = len(found.surface.points) if found else None
             rows.append([model, f"{relative:g}", column, *compare_counts(count, anchor[column])])
     return rows

@@ -56,7 +56,7 @@ class Turned:
     """Points of a result, and the share of the original's area whose normal turns; `walls` is a part of `share`."""
 
     points: int
-    measure_deviation: float
+    deviation: float
     share: float
     walls: float
 

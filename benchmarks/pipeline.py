@@ -49,7 +49,7 @@ def find_functions(run: Callable[[], object]) -> set[CodeType]:
         run()
     finally:
         sys.setprofile(None)
-        threading.setprofile(None)  # type: ignore[arg-type]
+        threading.setprofile(None)
     return {code for code in found if not code.co_name.startswith("<")}
 
 

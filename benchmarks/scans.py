@@ -30,25 +30,25 @@ COLUMNS = 4
 COLORS = 64
 
 SHADES = Style(width=540, height=430, line=0.0, crease=0.0, gap=6)
-"""No lines: shades alone tell whether a wall is flat."""
+"""Without lines: shades show whether a wall is flat."""
 
 
 @dataclass(frozen=True)
 class Scan:
-    """A model and how it is looked at.
+    """A model and its views.
 
     Attributes
     ----------
     name : str
         Of its pictures.
     title, source, license : str
-        What the page tells of it.
+        Words of the page.
     axes : tuple
         Rows that turn the model so that z points upwards.
     styles : dict of float to Style
-        How it is looked at, by the tolerance as a share of the diagonal.
+        One for each tolerance, as a share of the diagonal.
     inside : bool
-        Whether it is looked into: faces seen from behind are not drawn.
+        Whether the view is from inside: faces seen from behind are not drawn.
     """
 
     model: str
@@ -92,11 +92,11 @@ SCANS = (
 
 @dataclass
 class Result:
-    """What one method made of a scan; `deviation` in units of the tolerance."""
+    """The result of one method for a scan; `deviation` in units of the tolerance."""
 
     method: str
     surface: Surface
-    measure_deviation: float
+    deviation: float
     turned: float
     borders: int
 
@@ -116,9 +116,10 @@ class Result:
 def collect_results(mesh: Surface, judge: Judge, tolerance: float) -> list[Result]:
     """Collect the original, bldsimp, and each peer that does not refuse: with as many points, or its fewest."""
     walls = Walls(mesh, tolerance)
-    light = weld_surface(*bldsimp.simplify((mesh.points, mesh.faces), tolerance).mesh)
-    made = {"original": (mesh, 0.0), OURS: (light, measure_deviation(mesh, light))}
-    for name, found in run_peers(build_decimators(judge), lambda tool: tool.at_points(len(light.points))).items():
+    simplified = weld_surface(*bldsimp.simplify((mesh.points, mesh.faces), tolerance).mesh)
+    made = {"original": (mesh, 0.0), OURS: (simplified, measure_deviation(mesh, simplified))}
+    answers = run_peers(build_decimators(judge), lambda tool: tool.find_point_count(len(simplified.points)))
+    for name, found in answers.items():
         if not isinstance(found, str):
             made[name] = (convert_surface(found.surface), found.deviation)
     return [measure_result(name, *each, judge, walls) for name, each in made.items()]

@@ -19,8 +19,8 @@ sys.path.insert(0, str(ROOT / "examples"))
 
 from textured.difference import LOCAL, Views, compare_views
 from textured.draw import draw, place_cameras
-from textured.model import CLAMP, MIRROR, REPEAT, Material, Model, Surface, Texture
-from textured.read import read_model as read_model
+from textured.model import CLAMP, MIRROR, REPEAT, Material, Model, Surface, Texture, wrap_places
+from textured.read import read_model
 
 # The renderer
 

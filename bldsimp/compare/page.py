@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..model import Points
-from .display import TRIANGLES, DisplayMesh, choose_display
+from .display_mesh import TRIANGLES, DisplayMesh, choose_display
 from .drawing import format_svg
 from .measure import Judge
 from .placement import PlacedSurface

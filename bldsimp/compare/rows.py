@@ -9,11 +9,11 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
-from ..scene import simplify_meshes
 from ..errors import BldsimpError, InputError, InternalError
 from ..io import read
 from ..model import Scene
 from ..options import Options, parse_tolerance
+from ..scene import simplify_meshes
 from ..tolerance import diagonal, resolve_tolerance
 from ..triangulation import Statistics
 from .decimate import Decimation, Decimator, FastSimplification, RefusalError

@@ -46,11 +46,6 @@ class StandardMesh:
     facets: Counter[Conformity]
     statistics: Statistics
 
-    @property
-    def stopped(self) -> int:
-        """Facets that were stopped, since they had more than 50 times their points."""
-        return self.facets[Conformity.STOPPED]
-
 
 @dataclass(frozen=True)
 class StandardSurface:

@@ -15,7 +15,7 @@ import pytest
 from pages import EVIL, make_box, make_comparison, make_hill, make_row
 
 from bldsimp.compare import page as page_module
-from bldsimp.compare.display import choose_display
+from bldsimp.compare.display_mesh import choose_display
 from bldsimp.compare.page import build_page
 from bldsimp.compare.placement import PlacedSurface
 from bldsimp.compare.rows import Comparison, MethodRow

@@ -17,7 +17,7 @@ import pytest
 from pages import EVIL, make_comparison, make_hill, make_row
 
 from bldsimp.compare import page as page_module
-from bldsimp.compare.display import choose_display
+from bldsimp.compare.display_mesh import choose_display
 from bldsimp.compare.page import build_page
 from bldsimp.compare.placement import weld_surface
 from bldsimp.compare.rows import Comparison, MethodRow
@@ -152,6 +152,7 @@ def opened(browser: Any, written: Path) -> Iterator[Page]:
     assert page.requests() == []
 
 
+@pytest.mark.slow
 def test_the_table_fits_a_usual_window_and_its_head_stays(browser: Any, tmp_path: Path) -> None:
     each = make_comparison("a_name_without_any_space" * 6 + ".obj")
     names = ("original", "improved", "fast-simplification lossless", "fast-simplification same points")
@@ -183,6 +184,7 @@ def test_the_table_fits_a_usual_window_and_its_head_stays(browser: Any, tmp_path
     assert abs(head) < 2
 
 
+@pytest.mark.slow
 def test_both_views_are_drawn(opened: Page) -> None:
     opened.choose(1)
     for picture in opened.pictures():
@@ -207,6 +209,7 @@ def test_a_click_on_a_row_shows_its_surface(opened: Page) -> None:
     assert opened.one("tr[data-row='2'] input").is_selected()
 
 
+@pytest.mark.slow
 def test_the_chart_chooses_too_and_follows(opened: Page) -> None:
     opened.choose(2)
     opened.browser.execute_script(
@@ -217,6 +220,7 @@ def test_the_chart_chooses_too_and_follows(opened: Page) -> None:
     assert [chart.is_displayed() for chart in opened.browser.find_elements("css selector", ".chart")] == [True, False]
 
 
+@pytest.mark.slow
 def test_another_file_is_shown_on_both_sides(opened: Page) -> None:
     opened.choose(4)
     assert EVIL.rsplit("/", 1)[-1] in opened.caption("left")
@@ -225,6 +229,7 @@ def test_another_file_is_shown_on_both_sides(opened: Page) -> None:
     assert "hill.obj" in opened.caption("left")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("box", "least"), [("edges", 0.02), ("colors", 0.1)])
 def test_a_box_switches_what_is_drawn_in_both_views_and_back(opened: Page, box: str, least: float) -> None:
     opened.choose(1)
@@ -237,6 +242,7 @@ def test_a_box_switches_what_is_drawn_in_both_views_and_back(opened: Page, box: 
         np.testing.assert_array_equal(picture, opened.picture(side))
 
 
+@pytest.mark.slow
 def test_without_edges_the_dark_lines_are_gone(opened: Page) -> None:
     opened.choose(1)
     opened.one("#colors").click()
@@ -247,6 +253,7 @@ def test_without_edges_the_dark_lines_are_gone(opened: Page) -> None:
     assert dark[0] > 10 * dark[1]
 
 
+@pytest.mark.slow
 def test_both_views_turn_and_zoom_as_one_whichever_is_dragged(opened: Page) -> None:
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
@@ -271,6 +278,7 @@ def test_both_views_turn_and_zoom_as_one_whichever_is_dragged(opened: Page) -> N
     assert compare_pixels(start, opened.picture("left")) > 0.05
 
 
+@pytest.mark.slow
 def test_the_keyboard_is_enough(opened: Page) -> None:
     from selenium.webdriver.common.keys import Keys
 
@@ -286,6 +294,7 @@ def test_the_keyboard_is_enough(opened: Page) -> None:
     opened.choose(1)
 
 
+@pytest.mark.slow
 def test_the_legend_tells_distances_of_the_result_or_the_tolerance(opened: Page) -> None:
     opened.choose(2)
     legend = opened.one("#scale")
@@ -298,6 +307,7 @@ def test_the_legend_tells_distances_of_the_result_or_the_tolerance(opened: Page)
     assert "≥ 0.0113" in legend.text, "the scale stays as it was chosen"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [560, 1000, 1800])
 def test_it_fits_windows_of_any_width(opened: Page, width: int) -> None:
     opened.browser.set_window_size(width, 800)
@@ -311,6 +321,7 @@ def test_it_fits_windows_of_any_width(opened: Page, width: int) -> None:
         opened.browser.set_window_size(1000, 800)
 
 
+@pytest.mark.slow
 def test_colors_are_those_of_the_distances_at_their_place(browser: Any, tmp_path: Path, monkeypatch: Any) -> None:
     """A slope above a level square, on a lattice of few points: the color runs evenly from nothing to most."""
     monkeypatch.setattr(page_module, "choose_display", lambda surface: choose_display(surface, samples=30))
@@ -346,6 +357,7 @@ def test_colors_are_those_of_the_distances_at_their_place(browser: Any, tmp_path
     assert page.errors() == []
 
 
+@pytest.mark.slow
 def test_a_million_triangles_open_and_stay_responsive(browser: Any, tmp_path: Path) -> None:
     original, result = make_hill(708), make_hill(300)
     rows = [
@@ -372,6 +384,7 @@ def test_a_million_triangles_open_and_stay_responsive(browser: Any, tmp_path: Pa
     assert page.requests() == []
 
 
+@pytest.mark.slow
 def test_a_page_with_nothing_to_draw_says_so(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "nothing.html"
     path.write_bytes(

@@ -15,7 +15,6 @@ from solids import Shape
 from test_models import MODELS, SLOW_WHEN_ROUGH, scene_of
 
 from bldsimp import _core
-from bldsimp.scene import simplify_meshes
 from bldsimp.compare.placement import place_scene
 from bldsimp.compare.standard import Conformity, StandardMesh, build_standard_surface, triangulate_standard
 from bldsimp.model import Mesh, Part, Scene
@@ -147,7 +146,7 @@ def test_the_gaps_of_a_comb_are_cut_and_the_more_the_narrower() -> None:
     made = []
     for gap in (1.0, 2.0**-4, 2.0**-8):
         outcome, result = run_both(make_mesh(solids.comb(gap=gap)))
-        assert result.stopped == 0
+        assert result.facets[Conformity.STOPPED] == 0
         made.append(len(result.points) - len(outcome.points))
     assert 0 < 9 * made[0] < 3 * made[1] < made[2]
 
@@ -198,7 +197,7 @@ def find_sharp_points(outcome: MeshResult) -> set[int]:
 def test_a_facet_that_needs_too_many_points_stops_and_stays_closed(gap: float) -> None:
     mesh = make_mesh(solids.comb(gap=gap))
     outcome, result = run_both(mesh)
-    assert result.stopped == 2
+    assert result.facets[Conformity.STOPPED] == 2
     assert set(count_edge_uses(result.triangles)) == {2}
     assert measure_area_and_volume(result.points, result.triangles) == pytest.approx(
         measure_area_and_volume(outcome.points, outcome.triangles), rel=1e-12

@@ -7,7 +7,7 @@ import pytest
 from pages import make_hill
 
 from bldsimp import _core
-from bldsimp.compare.display import choose_display, weigh_lattice
+from bldsimp.compare.display_mesh import choose_display, weigh_lattice
 from bldsimp.compare.placement import weld_surface
 
 

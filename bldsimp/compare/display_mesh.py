@@ -129,23 +129,13 @@ def thin_surface(surface: PlacedSurface, triangles: int) -> tuple[Points, Faces]
 def choose_steps(surface: PlacedSurface, samples: int) -> Flags:
     """Choose the steps of each triangle's sides so that all lattices together have at most so many samples.
 
-    Half of the samples go to all triangles alike, since removed details may be small; with the others the
-    steps of large triangles become about equally long.
+    Half of the samples go to all triangles alike, since removed details may be small; the others go by the square
+    of the longest side, so that the steps of large triangles become about equally long.
     """
     corners = surface.points[surface.faces]
     longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-    sizes = count_lattice(np.arange(2, FINEST + 1))
-    least = 1 + int(np.searchsorted(sizes, samples / 2 / max(len(longest), 1), side="right"))
-    best = np.full(len(longest), least, np.uint8)
-    high = float(longest.max(initial=0.0))
-    low = high / FINEST
-    for _ in range(24):
-        length = np.sqrt(low * high)
-        if not low < length < high:
-            break
-        steps = np.clip(np.ceil(longest / length), least, FINEST).astype(np.uint8)
-        if count_lattice(steps[steps > 1]).sum() <= samples:
-            high, best = length, steps
-        else:
-            low = length
-    return best
+    square = (longest / longest.max()) ** 2
+    share = samples * (0.5 / len(square) + 0.5 * square / square.sum())
+    # The most steps k with (k + 1) (k + 2) / 2 samples.
+    steps = np.floor((np.sqrt(8.0 * share + 1.0) - 3.0) / 2.0)
+    return np.clip(steps, 1, FINEST).astype(np.uint8)
