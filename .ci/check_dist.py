@@ -19,7 +19,8 @@ def demand(condition: bool, message: str) -> None:
 def check_wheel(names: list[str]) -> None:
     """Package, compiled core, type information, licence; no sources, no tests."""
     files = ("__init__.py", "py.typed", "_core.pyi", "cli/__init__.py", "compare/page.html", "compare/page.js")
-    for needed in files:
+    viewer = ("compare/three-0.187.0.min.js", "compare/three-LICENSE.txt")
+    for needed in (*files, *viewer):
         demand(f"bldsimp/{needed}" in names, f"the wheel lacks bldsimp/{needed}")
     cores = [name for name in names if name.startswith("bldsimp/_core") and name.endswith((".so", ".pyd"))]
     demand(len(cores) == 1, f"the wheel has {len(cores)} compiled cores, not one")
@@ -27,7 +28,7 @@ def check_wheel(names: list[str]) -> None:
     foreign = [name for name in names if not name.startswith(("bldsimp/", "bldsimp-"))]
     demand(not foreign, f"the wheel carries {foreign}")
     sources = [name for name in names if name.endswith((".cpp", ".hpp", ".txt", ".pyc")) and "/licenses/" not in name]
-    sources = [name for name in sources if not name.endswith("entry_points.txt")]
+    sources = [name for name in sources if not name.endswith(("entry_points.txt", *viewer))]
     demand(not sources, f"the wheel carries {sources}")
 
 

@@ -1,4 +1,4 @@
-"""Points that are left beside the best of several peers, on models whose figures for the peers are recorded.
+"""Compare the remaining points with the best of several peers, on models whose figures for the peers are recorded.
 
 usage: python benchmarks/anchors.py [CSV] [--tolerance RELATIVE ...]
 needs: pip install "bldsimp[bench]"
@@ -17,10 +17,8 @@ import csv
 from dataclasses import dataclass
 from pathlib import Path
 
-from rungs import rung_shares
-from surface import Surface, deviation, is_watertight, read_surface, welded
-from table import table
-from third_party import models_folder
+from surface import Surface, find_models, is_watertight, measure_deviation, read_surface, weld_surface
+from table import format_rung_shares, format_table
 
 import bldsimp
 
@@ -54,12 +52,12 @@ class Anchor:
 
 
 def read_anchors(path: Path) -> list[Anchor]:
-    """All rows of the CSV.
+    """Read all rows of the CSV.
 
     Raises
     ------
     SystemExit
-        Where there is no such file.
+        If there is no such file.
     """
     if not path.is_file():
         raise SystemExit(f"{path}: no such file: give the CSV with the peers' figures")
@@ -78,22 +76,22 @@ def read_anchors(path: Path) -> list[Anchor]:
         ]
 
 
-def measured(anchor: Anchor, mesh: Surface) -> list[object]:
-    """One row of the table."""
+def measure_anchor(anchor: Anchor, mesh: Surface) -> list[object]:
+    """Measure one row of the table."""
     tolerance = anchor.relative * mesh.diagonal
     light = bldsimp.simplify((mesh.points, mesh.faces), tolerance)
-    report, after = light.report, welded(*light.mesh)
-    found = deviation(mesh, after)
+    report, after = light.report, weld_surface(*light.mesh)
+    found = measure_deviation(mesh, after)
     return [
         anchor.model, f"{anchor.relative:g}", len(mesh.points), len(after.points),
         f"{anchor.best_points:,} ({anchor.best_peer})", f"{len(after.points) / anchor.best_points:.4f}",
         anchor.limit, len(after.points) <= anchor.limit,
-        found / tolerance, deviation(mesh, mesh) / tolerance, report.deviation / tolerance,
-        f"{_closed(mesh)} -> {_closed(after)}", report.facets, rung_shares(report),
+        found / tolerance, measure_deviation(mesh, mesh) / tolerance, report.deviation / tolerance,
+        f"{_describe_edges(mesh)} -> {_describe_edges(after)}", report.facets, format_rung_shares(report),
     ]  # fmt: skip
 
 
-def _closed(mesh: Surface) -> str:
+def _describe_edges(mesh: Surface) -> str:
     return "closed" if is_watertight(mesh.faces) else "open"
 
 
@@ -109,16 +107,16 @@ def main() -> None:
     parser.add_argument("csv", nargs="?", type=Path, metavar="CSV", help="default: beside the models' folder")
     parser.add_argument("--tolerance", type=float, nargs="+", default=[LOSSLESS], metavar="RELATIVE")
     args = parser.parse_args()
-    folder = models_folder()
+    folder = find_models()
     anchors = read_anchors(args.csv or folder.parent / "anchors.csv")
     rows, surprises = [], []
     for anchor in (one for one in anchors if one.relative in args.tolerance):
-        mesh = welded(*read_surface(folder / anchor.model), one_sided=True)
+        mesh = weld_surface(*read_surface(folder / anchor.model), one_sided=True)
         found = (len(mesh.points), len(mesh.faces), is_watertight(mesh.faces))
         if found != (anchor.points, anchor.triangles, anchor.watertight):
             surprises.append(f"{anchor.model}: points, triangles, watertight are {found}, not as in the CSV.")
-        rows.append(measured(anchor, mesh))
-    print(table(HEADER, rows))
+        rows.append(measure_anchor(anchor, mesh))
+    print(format_table(HEADER, rows))
     met = sum(bool(row[HEADER.index("met")]) for row in rows)
     print(f"\nWithin the limit: {met} of {len(rows)}.")
     print("".join(f"\n{surprise}" for surprise in surprises), end="")

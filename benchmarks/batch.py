@@ -24,7 +24,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from many_buildings import make_buildings
-from table import table
+from table import format_table
 
 from bldsimp import Options
 from bldsimp.batch.inputs import OutputLayout, find_inputs, plan_tasks
@@ -144,7 +144,7 @@ def compare_throughput(models: Path, rounds: int) -> str:
     return "\n".join([
         f"Best of {rounds} rounds; {len(sample):,} files for the warm processes, {len(many):,} for the batch:",
         "",
-        table(
+        format_table(
             ["", "files/s", "processor ms of a file"],
             [[name, speed, 1e3 * used] for name, (speed, used) in best.items()],
         ),
@@ -182,7 +182,7 @@ def measure_memory(models: Path, count: int) -> str:
         f" for each file, its start and the planning included; the manifest has {manifest_bytes / count:.0f} bytes for"
         " each.",
         "",
-        table(["files", "memory of all processes, MB"], [[ended, level / 1e6] for ended, level in levels]),
+        format_table(["files", "memory of all processes, MB"], [[ended, level / 1e6] for ended, level in levels]),
     ])  # fmt: skip
 
 
@@ -275,7 +275,7 @@ def run_bad_files(models: Path) -> str:
         rows = list(read_manifest(str(out / "out" / "manifest.jsonl")))
         lines = [[row.input, row.kind, row.attempts, row.error] for row in rows if row.failed]
     count = sum(not row.failed for row in rows)
-    return f"Exit code {done.returncode}; {count:,} of {len(good) + 2:,} good files done.\n\n" + table(
+    return f"Exit code {done.returncode}; {count:,} of {len(good) + 2:,} good files done.\n\n" + format_table(
         ["file", "kind", "attempts", "error"], [[str(cell).replace(str(out), "...") for cell in line] for line in lines]
     )
 
@@ -378,7 +378,7 @@ def measure_plans() -> str:
     """Measure planning and resuming at growing sizes, by processor time."""
     rows = [measure_planning(count) for count in (12_500, 25_000, 50_000, 100_000)]
     steps = ["find and plan, s", "append rows, s", "read manifest, s", "compare, s"]
-    return table(["files", *steps, "us for each but for appending", "bytes held for each"], rows)
+    return format_table(["files", *steps, "us for each but for appending", "bytes held for each"], rows)
 
 
 def main() -> None:

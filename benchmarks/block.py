@@ -1,11 +1,11 @@
-"""The over-sampled block: points, deviation, time beside manifold3d, peak memory, cost over size.
+"""Measure the over-sampled block: points, deviation, time beside manifold3d, peak memory, cost over size.
 
 usage: python benchmarks/block.py [MESH] [--triangles N ...] [--runs R] [--stages]
 needs: pip install "bldsimp[bench]"
 
-MESH is a closed model; it is made light, over-sampled to N triangles, turned about a skew axis and rounded
+MESH is a closed model; it is simplified, over-sampled to N triangles, turned about a skew axis and rounded
 to single precision. Both programs go from arrays to arrays on the same mesh in the same run, in turns:
-bldsimp with all it does from welding to the report, manifold3d with its construction from a mesh, `simplify`
+bldsimp from welding to the report, manifold3d with its construction from a mesh, `simplify`
 and the way back. Times are the least and the median of the runs. Everything is printed as Markdown.
 """
 
@@ -19,11 +19,11 @@ from pathlib import Path
 
 import manifold3d
 import numpy as np
-from oversample import oversample, sparse
-from peak_memory import peak_above_arrays
-from stages import stage_seconds
-from surface import Surface, deviation, is_watertight, welded
-from table import Timing, table, time_in_turns
+from oversample import oversample, simplify_model
+from peak_memory import measure_peak
+from stages import time_stages
+from surface import Surface, is_watertight, measure_deviation, weld_surface
+from table import Timing, format_table, time_in_turns
 
 import bldsimp
 
@@ -79,7 +79,7 @@ class Theirs:
         """Its result, or None where it refuses the mesh."""
         mesh = self()
         faces = np.asarray(mesh.tri_verts, np.int64)
-        return welded(np.asarray(mesh.vert_properties, np.float64)[:, :3], faces) if len(faces) else None
+        return weld_surface(np.asarray(mesh.vert_properties, np.float64)[:, :3], faces) if len(faces) else None
 
 
 def measure(mesh: Surface, runs: int) -> Measured:
@@ -90,17 +90,17 @@ def measure(mesh: Surface, runs: int) -> Measured:
     timings = time_in_turns(runs, **jobs)
     return Measured(
         before=mesh,
-        ours=welded(*light.mesh),
+        ours=weld_surface(*light.mesh),
         theirs=their_result,
         tolerance=light.report.tolerance,
         bound=light.report.deviation,
         our_time=timings["ours"],
         their_time=timings.get("theirs"),
-        memory=peak_above_arrays(mesh),
+        memory=measure_peak(mesh),
     )
 
 
-def figures(all_measured: Sequence[Measured]) -> str:
+def format_figures(all_measured: Sequence[Measured]) -> str:
     """Points, deviation, time and memory over size."""
     ours = ["ours: points", "deviation", "bound", "time", "us/triangle", "memory above arrays"]
     theirs = ["manifold3d: points", "deviation", "time", "ratio"]
@@ -109,34 +109,34 @@ def figures(all_measured: Sequence[Measured]) -> str:
         least = m.our_time.least
         memory = f"{m.memory / MEBIBYTE:.0f} MiB = {m.memory / m.arrays:.1f} x"
         row: list[object] = [
-            f"{len(m.before.faces):,}", len(m.before.points), len(m.ours.points), deviation(m.before, m.ours),
+            f"{len(m.before.faces):,}", len(m.before.points), len(m.ours.points), measure_deviation(m.before, m.ours),
             m.bound, m.our_time, least / len(m.before.faces) * 1e6, memory,
         ]  # fmt: skip
         if m.theirs is None or m.their_time is None:
             row += ["refuses", "", "", ""]
         else:
             ratio = m.their_time.least / least
-            row += [len(m.theirs.points), deviation(m.before, m.theirs), m.their_time, f"{ratio:.2f} x"]
+            row += [len(m.theirs.points), measure_deviation(m.before, m.theirs), m.their_time, f"{ratio:.2f} x"]
         rows.append(row)
-    return table(["triangles", "points", *ours, *theirs], rows)
+    return format_table(["triangles", "points", *ours, *theirs], rows)
 
 
-def growth(all_measured: Sequence[Measured]) -> float:
+def fit_growth(all_measured: Sequence[Measured]) -> float:
     """Exponent of time over triangles, by least squares of the logarithms: 1 is linear."""
     size = [math.log(len(m.before.faces)) for m in all_measured]
     cost = [math.log(m.our_time.least) for m in all_measured]
     return float(np.polyfit(size, cost, 1)[0])
 
 
-def stage_table(meshes: Sequence[Surface], runs: int) -> str:
+def format_stages(meshes: Sequence[Surface], runs: int) -> str:
     """Milliseconds of each stage over size, the least of the runs."""
     columns = []
     for mesh in meshes:
-        several = [stage_seconds(Ours(mesh)) for _ in range(runs)]
+        several = [time_stages(Ours(mesh)) for _ in range(runs)]
         columns.append({stage: min(one[stage] for one in several) * 1e3 for stage in several[0]})
     rows = [[stage, *(f"{column[stage]:.1f}" for column in columns)] for stage in columns[-1]]
     rows.append(["sum", *(f"{sum(column.values()):.1f}" for column in columns)])
-    return table(["stage, ms", *(f"{len(mesh.faces):,}" for mesh in meshes)], rows)
+    return format_table(["stage, ms", *(f"{len(mesh.faces):,}" for mesh in meshes)], rows)
 
 
 def main() -> None:
@@ -147,16 +147,16 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--stages", action="store_true", help="print the time of each stage instead")
     args = parser.parse_args()
-    base = sparse(args.mesh)
+    base = simplify_model(args.mesh)
     meshes = [oversample(base, n) for n in args.triangles]
     print(f"{args.mesh.name}: {len(base.points):,} points, watertight: {is_watertight(base.faces)}\n")
     if args.stages:
-        print(stage_table(meshes, args.runs))
+        print(format_stages(meshes, args.runs))
         return
     measured = [measure(mesh, args.runs) for mesh in meshes]
-    print(figures(measured))
+    print(format_figures(measured))
     if len(measured) > 1:
-        print(f"\nTime grows as triangles to the power {growth(measured):.2f}.")
+        print(f"\nTime grows as triangles to the power {fit_growth(measured):.2f}.")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Points that fast-simplification keeps within a tolerance, beside recorded figures of the same protocol.
+"""Compare the points that fast-simplification keeps within a tolerance with recorded figures of the same protocol.
 
 usage: python benchmarks/decimation.py [CSV]
 needs: pip install bldsimp
@@ -7,7 +7,7 @@ CSV has the columns model, tolerance_relative, fast_simplification and fast_simp
 are in the folder BLDSIMP_MODELS. The protocol: each mesh welded exactly, faces that repeat a point and copies
 of faces, with whichever winding, left out; points in single precision where they are; the target bisected
 geometrically between 12 and the number of faces, in 14 steps; a result counts if all points and 20,000 samples
-(seed 1) of both surfaces are within the tolerance; the last that counts is told. Search and measure are those
+(seed 1) of both surfaces are within the tolerance; the last that counts is the figure. Search and measure are those
 of `bldsimp compare`, which does without single precision and works about the model's middle.
 
 The greatest deviation is no smooth function of the target: where the last bits of the input or one sample
@@ -22,13 +22,12 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from surface import read_surface, welded
-from table import table
-from third_party import models_folder
+from surface import find_models, read_surface, weld_surface
+from table import format_table
 
 from bldsimp.compare.decimate import Decimator, FastSimplification
 from bldsimp.compare.measure import Judge
-from bldsimp.compare.surface import Surface
+from bldsimp.compare.placement import PlacedSurface
 
 NEAR = 0.05
 """A figure is reproduced if it is off by no more than this share."""
@@ -48,39 +47,39 @@ class InSinglePrecision:
     def __call__(
         self, points: NDArray[np.float64], faces: NDArray[np.int32], target: int
     ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        """Points about the middle, and faces."""
+        """Return points about the middle, and faces."""
         stored = (points + self.origin).astype(np.float32).astype(np.float64)
         found, cells = self.variant(stored, faces, target)
         return found - self.origin, cells
 
 
-def decimators(path: Path) -> tuple[Judge, dict[str, Decimator]]:
-    """The judge of a model, and what decimates it, by column."""
-    points, faces = welded(*read_surface(path), one_sided=True)
-    judge = Judge(Surface(np.ascontiguousarray(points), np.ascontiguousarray(faces, np.int32)))
+def build_decimators(path: Path) -> tuple[Judge, dict[str, Decimator]]:
+    """Build the judge of a model, and its decimators by column."""
+    points, faces = weld_surface(*read_surface(path), one_sided=True)
+    judge = Judge(PlacedSurface(np.ascontiguousarray(points), np.ascontiguousarray(faces, np.int32)))
     return judge, {
         column: Decimator(judge, InSinglePrecision(variant, judge.origin)) for column, variant in VARIANTS.items()
     }
 
 
-def rows_of(anchors: list[dict[str, str]], folder: Path) -> list[list[object]]:
-    """A row of the table for each model, tolerance and variant."""
+def build_rows(anchors: list[dict[str, str]], folder: Path) -> list[list[object]]:
+    """Build a row of the table for each model, tolerance and variant."""
     rows: list[list[object]] = []
     known: dict[str, tuple[Judge, dict[str, Decimator]]] = {}
     for anchor in anchors:
         model, relative = anchor["model"], float(anchor["tolerance_relative"])
         if model not in known:
-            known = {model: decimators(folder / model)}
+            known = {model: build_decimators(folder / model)}
         judge, own = known[model]
         for column, decimator in own.items():
-            found = decimator.fewest_points(relative * judge.diagonal)
+            found = decimator.find_fewest_points(relative * judge.diagonal)
             count = len(found.surface.points) if found else None
-            rows.append([model, f"{relative:g}", column, *beside(count, anchor[column])])
+            rows.append([model, f"{relative:g}", column, *compare_counts(count, anchor[column])])
     return rows
 
 
-def beside(found: int | None, recorded: str) -> list[object]:
-    """Our figure, the recorded one, their ratio, and whether they agree."""
+def compare_counts(found: int | None, recorded: str) -> list[object]:
+    """Compare our figure with the recorded one: both, their ratio, and whether they agree."""
     if not recorded.isdigit() or found is None:
         return [found if found is not None else "none", recorded, "", found is None and not recorded.isdigit()]
     ratio = found / int(recorded)
@@ -92,13 +91,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("csv", nargs="?", type=Path, metavar="CSV", help="default: beside the models' folder")
     args = parser.parse_args()
-    folder = models_folder()
+    folder = find_models()
     path = args.csv or folder.parent / "anchors.csv"
     if not path.is_file():
         raise SystemExit(f"{path}: no such file: give the CSV with the recorded figures")
     with path.open(newline="") as lines:
-        rows = rows_of(list(csv.DictReader(lines)), folder)
-    print(table(("model", "relative tolerance", "variant", "points", "recorded", "ratio", "reproduced"), rows))
+        rows = build_rows(list(csv.DictReader(lines)), folder)
+    print(format_table(("model", "relative tolerance", "variant", "points", "recorded", "ratio", "reproduced"), rows))
     print(f"\nWithin {NEAR:.0%}: {sum(bool(row[-1]) for row in rows)} of {len(rows)}.")
 
 

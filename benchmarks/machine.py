@@ -1,4 +1,4 @@
-"""What figures depend on, in a few lines of Markdown: versions, processor, system.
+"""Describe the machine in a few lines of Markdown: versions, processor, system.
 
 usage: python benchmarks/machine.py
 """
@@ -15,16 +15,16 @@ PACKAGES = (
 )  # fmt: skip
 
 
-def processor() -> str:
-    """Name of the processor, as far as the system tells."""
+def read_processor() -> str:
+    """Read the name of the processor, as far as the system tells."""
     listed = Path("/proc/cpuinfo")
     lines = listed.read_text().splitlines() if listed.is_file() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return names[0] if names else platform.machine()
 
 
-def version(package: str) -> str:
-    """Installed version of a package."""
+def read_version(package: str) -> str:
+    """Read the installed version of a package."""
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
@@ -33,8 +33,8 @@ def version(package: str) -> str:
 
 def main() -> None:
     """Print them."""
-    print(f"- {processor()}, {os.cpu_count()} cores; {platform.system()}; Python {platform.python_version()}")
-    print("- " + ", ".join(f"{package} {version(package)}" for package in PACKAGES))
+    print(f"- {read_processor()}, {os.cpu_count()} cores; {platform.system()}; Python {platform.python_version()}")
+    print("- " + ", ".join(f"{package} {read_version(package)}" for package in PACKAGES))
 
 
 if __name__ == "__main__":

@@ -7,13 +7,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from third_party import ROOT
+from surface import ROOT
 
 sys.path.insert(0, str(ROOT / "examples"))
 
-from buildings.house import house
+from buildings.house import build_house
 from buildings.tessellate import tessellate
-from buildings.tower import tower
+from buildings.tower import build_tower
 from make_buildings import write_glb, write_obj
 
 HOUSES = (1.0, 1.3, 1.8, 2.5, 4.0)
@@ -29,8 +29,8 @@ def make_buildings(folder: Path, count: int) -> None:
 
     Each is one of a few over-sampled meshes, stretched by a random factor along each axis: flat walls stay flat.
     """
-    houses = [tessellate(house(), edge) for edge in HOUSES]
-    towers = [tessellate(tower(), edge) for edge in TOWERS]
+    houses = [tessellate(build_house(), edge) for edge in HOUSES]
+    towers = [tessellate(build_tower(), edge) for edge in TOWERS]
     chance = random.Random(0)
     for i in range(count):
         points, faces = chance.choice(towers if chance.random() < TOWER_SHARE else houses)

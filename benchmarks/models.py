@@ -1,4 +1,4 @@
-"""Every file of a folder: points, facets on each rung, deviation beside the bound, what a second run drops.
+"""Run every file of a folder: points, facets on each rung, deviation beside the bound, what a second run removes.
 
 usage: python benchmarks/models.py [FOLDER] [--tolerance auto|LENGTH|PERCENT% ...] [--delimit WORDS]
 needs: pip install "bldsimp[bench]"
@@ -17,10 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from rungs import percent, share
-from surface import Surface, deviation, welded
-from table import table
-from third_party import models_folder
+from surface import Surface, find_models, measure_deviation, weld_surface
+from table import format_percent, format_share, format_table
 
 import bldsimp
 from bldsimp.io import SUFFIXES, read, write
@@ -31,7 +29,7 @@ from bldsimp.tolerance import transform_points
 TOLERANCES = ("auto", "0.0001%")
 
 SECOND_RUN = 0.005
-"""A second run may drop this share of the points."""
+"""A second run may remove this share of the points."""
 
 RUNS = 3
 
@@ -48,38 +46,38 @@ class Run:
 
     @property
     def bound(self) -> float:
-        """What the program promises, with what writing rounds."""
+        """The promised bound, with the rounding of the file."""
         return self.first.deviation + self.first.rounding
 
     @property
     def kept(self) -> bool:
-        """Whether the judge finds no more than is promised, but for its own noise."""
+        """Whether the judge finds no more than the bound and its own noise."""
         return self.found <= self.bound + 4.0 * self.noise
 
     @property
     def dropped_again(self) -> int:
-        """Points that a second run drops."""
+        """Points that a second run removes."""
         return self.first.after.points - self.second.after.points
 
 
-def world_surface(scene: bldsimp.Scene) -> Surface:
-    """All instances of all meshes of a scene as one surface."""
+def place_scene(scene: bldsimp.Scene) -> Surface:
+    """Join all instances of all meshes of a scene to one surface."""
     points, faces, count = [], [], 0
     for mesh in scene.meshes:
         for transform in mesh.transforms:
             points.append(transform_points(mesh.points, transform))
             faces.append(mesh.faces.astype(np.int64) + count)
             count += len(mesh.points)
-    return welded(np.concatenate(points), np.concatenate(faces))
+    return weld_surface(np.concatenate(points), np.concatenate(faces))
 
 
 def run_file(path: Path, options: bldsimp.Options, folder: Path) -> Run:
-    """Simplify a file, and what came of it once more.
+    """Simplify a file, and the result once more.
 
     Raises
     ------
     BldsimpError
-        Where the program refuses the file.
+        If the program refuses the file.
     """
     format_ = path.suffix.lower().lstrip(".")
     out = folder / f"light.{format_}"
@@ -91,36 +89,36 @@ def run_file(path: Path, options: bldsimp.Options, folder: Path) -> Run:
         first.rounding = write(scene, lights, out, format_, options).rounding
         seconds.append(time.perf_counter() - start)
     again = read(out, format_)
-    before = world_surface(scene)
+    before = place_scene(scene)
     return Run(
         first=first,
         second=bldsimp.simplify_scene(again, options)[1],
-        found=deviation(before, world_surface(again)),
-        noise=deviation(before, before),
+        found=measure_deviation(before, place_scene(again)),
+        noise=measure_deviation(before, before),
         seconds=min(seconds),
     )
 
 
 COUNTS = (
     "model", "points", "left", "triangles", "left", "facets",
-    *(level.name.lower().replace("_", " ") for level in Level), "second run drops",
+    *(level.name.lower().replace("_", " ") for level in Level), "second run removes",
 )  # fmt: skip
 PROMISES = ("model", "tolerance", "bound", "found", "noise", "promise kept", "edges", "healed", "seconds")
 
 
-def counts(name: str, run: Run) -> list[object]:
-    """What is left, and on which rung the facets stand."""
+def format_counts(name: str, run: Run) -> list[object]:
+    """Write the remaining counts, and the status of the facets."""
     report = run.first
     before, after = report.before, report.after
-    shares = [share(count, report.facets) for count in report.rungs.values()]
+    shares = [format_share(count, report.facets) for count in report.rungs.values()]
     return [
         name, before.points, after.points, before.triangles, after.triangles, report.facets, *shares,
-        percent(run.dropped_again, report.after.points),
+        format_percent(run.dropped_again, report.after.points),
     ]  # fmt: skip
 
 
-def promises(name: str, run: Run) -> list[object]:
-    """How far the surface moved, and whether it stayed closed."""
+def format_promises(name: str, run: Run) -> list[object]:
+    """Write how far the surface moved, and whether it stayed closed."""
     report = run.first
     words = {True: "closed", False: "open"}
     edges = f"{words[report.before.watertight]} -> {words[report.after.watertight]}"
@@ -130,7 +128,7 @@ def promises(name: str, run: Run) -> list[object]:
 
 
 def run_folder(folder: Path, options: bldsimp.Options) -> tuple[dict[str, Run], list[str]]:
-    """All files of a folder that the program reads, and the messages of those that it refuses."""
+    """Run all files of a folder that the program reads; return the messages of those that it refuses as well."""
     runs, refused = {}, []
     paths = [path for path in sorted(folder.rglob("*")) if path.suffix.lower().lstrip(".") in SUFFIXES]
     for path in paths:
@@ -142,14 +140,14 @@ def run_folder(folder: Path, options: bldsimp.Options) -> tuple[dict[str, Run], 
     return runs, refused
 
 
-def misses(runs: dict[str, Run]) -> str:
-    """Which models miss which promise, one line for each promise."""
+def list_misses(runs: dict[str, Run]) -> str:
+    """List the models that miss a promise, one line for each promise."""
     missed: dict[str, list[str]] = {
         "found above the bound": [name for name, run in runs.items() if not run.kept],
         "closed before and open after": [
             name for name, run in runs.items() if run.first.before.watertight and not run.first.after.watertight
         ],
-        f"second run drops more than {SECOND_RUN:.1%}": [
+        f"second run removes more than {SECOND_RUN:.1%}": [
             name for name, run in runs.items() if run.dropped_again > SECOND_RUN * run.first.after.points
         ],
     }
@@ -163,14 +161,14 @@ def main() -> None:
     parser.add_argument("--tolerance", nargs="+", default=TOLERANCES, metavar="TOLERANCE")
     parser.add_argument("--delimit", default="all", help="what facets may not cross")
     args = parser.parse_args()
-    folder = args.folder or models_folder()
+    folder = args.folder or find_models()
     for tolerance in args.tolerance:
         options = bldsimp.Options(parse_tolerance(tolerance), delimit=parse_delimit(args.delimit))
         runs, refused = run_folder(folder, options)
         print(f"Tolerance {tolerance}{'' if args.delimit == 'all' else f', facets delimited by {args.delimit}'}:\n")
-        print(table(COUNTS, [counts(name, run) for name, run in runs.items()]) + "\n")
-        print(table(PROMISES, [promises(name, run) for name, run in runs.items()]) + "\n")
-        print(misses(runs))
+        print(format_table(COUNTS, [format_counts(name, run) for name, run in runs.items()]) + "\n")
+        print(format_table(PROMISES, [format_promises(name, run) for name, run in runs.items()]) + "\n")
+        print(list_misses(runs))
         print("".join(f"- refused: {message}\n" for message in refused))
 
 

@@ -1,4 +1,4 @@
-"""Whether walls look like walls: the share of the surface whose normal turns, beside peers.
+"""Measure whether walls look like walls: the share of the surface whose normal turns, beside peers.
 
 usage: python benchmarks/normals.py [CSV] [--tolerance RELATIVE ...]
 needs: pip install "bldsimp[bench]"; of the other tools that `bldsimp compare --peers` knows, those installed are asked
@@ -25,13 +25,12 @@ import igl
 import numpy as np
 from anchors import Anchor, read_anchors
 from numpy.typing import NDArray
-from peers import as_surface, decimators, judge_of, read_model
-from surface import Surface, deviation, spread, welded
-from table import table
-from third_party import models_folder
+from peers import build_decimators, build_judge, convert_surface, read_model
+from surface import Surface, find_models, measure_deviation, spread_samples, weld_surface
+from table import format_table
 
 import bldsimp
-from bldsimp.compare.decimate import Decimator, Found, Refused
+from bldsimp.compare.decimate import Decimation, Decimator, RefusalError
 
 CLEAN = ("exact", "city")
 """Folders of models that are no scans."""
@@ -44,7 +43,7 @@ TURNED_DEGREES = 30.0
 
 SAMPLES = 200_000
 
-SPARE_POINTS = 0.05
+EXTRA_POINTS = 0.05
 """So many more points than bldsimp, by its own, still count as as many."""
 
 OURS = "bldsimp"
@@ -76,38 +75,38 @@ class Walls:
         self.tolerance = tolerance
         self.origin = original.points.mean(axis=0)
         original = Surface(original.points - self.origin, original.faces)
-        self.samples, faces = spread(original, SAMPLES)
-        normals = unit_normals(original)
+        self.samples, faces = spread_samples(original, SAMPLES)
+        normals = find_normals(original)
         self.normals = normals[faces]
-        self.signed = consistent(original.faces)
-        ends = creases(original, normals)
+        self.signed = is_consistent(original.faces)
+        ends = find_creases(original, normals)
         squared = igl.point_mesh_squared_distance(self.samples, original.points, ends)[0]
         self.away = np.sqrt(squared) > tolerance
 
-    def turned(self, result: Surface, deviation: float) -> Turned:
-        """The shares of a result."""
+    def measure(self, result: Surface, deviation: float) -> Turned:
+        """Measure the shares of a result."""
         local = Surface(np.ascontiguousarray(result.points - self.origin), np.ascontiguousarray(result.faces))
         nearest = igl.point_mesh_squared_distance(self.samples, *local)[1]
-        agree = (self.normals * unit_normals(local)[nearest]).sum(axis=1)
+        agree = (self.normals * find_normals(local)[nearest]).sum(axis=1)
         turned = (agree if self.signed else np.abs(agree)) < np.cos(np.radians(TURNED_DEGREES))
         return Turned(len(result.points), deviation, float(turned.mean()), float((turned & self.away).mean()))
 
 
-def unit_normals(surface: Surface) -> Floats:
-    """Normal of each face; zero where it has no area."""
+def find_normals(surface: Surface) -> Floats:
+    """Return the normal of each face; zero where it has no area."""
     a, b, c = (surface.points[surface.faces[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
     lengths = np.linalg.norm(normals, axis=1)
     return np.asarray(normals / np.where(lengths > 0, lengths, 1.0)[:, None])
 
 
-def consistent(faces: NDArray[np.int64]) -> bool:
+def is_consistent(faces: NDArray[np.int64]) -> bool:
     """Whether no two faces use an edge in the same direction."""
     halfedges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     return len(np.unique(halfedges, axis=0)) == len(halfedges)
 
 
-def creases(surface: Surface, normals: Floats) -> NDArray[np.int64]:
+def find_creases(surface: Surface, normals: Floats) -> NDArray[np.int64]:
     """Edges at which a surface bends by enough, or that do not belong to two faces; by their ends, (k, 2)."""
     halfedges = np.stack([surface.faces, np.roll(surface.faces, -1, axis=1)], axis=2).reshape(-1, 2)
     edges, of_halfedge, uses = np.unique(np.sort(halfedges, axis=1), axis=0, return_inverse=True, return_counts=True)
@@ -119,64 +118,66 @@ def creases(surface: Surface, normals: Floats) -> NDArray[np.int64]:
     return np.ascontiguousarray(edges[(uses != 2) | ~flat])
 
 
-def asked(tools: dict[str, Decimator], question: Callable[[Decimator], Found | str]) -> dict[str, Found | str]:
-    """What each peer answers, or why there is nothing."""
-    answers: dict[str, Found | str] = {}
+def run_peers(
+    tools: dict[str, Decimator], question: Callable[[Decimator], Decimation | str]
+) -> dict[str, Decimation | str]:
+    """Run each peer; return its result, or the reason why there is none."""
+    answers: dict[str, Decimation | str] = {}
     for name, tool in tools.items():
         try:
             answers[name] = question(tool)
-        except Refused:
+        except RefusalError:
             answers[name] = "refuses the input"
     return answers
 
 
-def fewest(tolerance: float) -> Callable[[Decimator], Found | str]:
+def find_fewest(tolerance: float) -> Callable[[Decimator], Decimation | str]:
     """Asks for the fewest points within a tolerance."""
-    return lambda tool: tool.fewest_points(tolerance) or "no reduction"
+    return lambda tool: tool.find_fewest_points(tolerance) or "no reduction"
 
 
-def as_many(points: int) -> Callable[[Decimator], Found | str]:
+def find_as_many(points: int) -> Callable[[Decimator], Decimation | str]:
     """Asks for a number of points."""
 
-    def question(tool: Decimator) -> Found | str:
-        found = tool.at_points(points)
+    def question(tool: Decimator) -> Decimation | str:
+        found = tool.find_point_count(points)
         least = len(found.surface.points)
-        return found if least <= (1.0 + SPARE_POINTS) * points else f"stops at {least:,}"
+        return found if least <= (1.0 + EXTRA_POINTS) * points else f"stops at {least:,}"
 
     return question
 
 
-def measured(model: str, walls: Walls, ours: Turned, answers: dict[str, Found | str]) -> list[list[object]]:
-    """A row for bldsimp, and one for each peer; the last cell tells whether less turns in ours, or nothing."""
-    rows: list[list[object]] = [[model, OURS, ours.points, *shares(ours, walls.tolerance), ""]]
+def measure_results(model: str, walls: Walls, ours: Turned, answers: dict[str, Decimation | str]) -> list[list[object]]:
+    """Measure a row for bldsimp, and one for each peer; the last cell says whether less turns in ours, if known."""
+    rows: list[list[object]] = [[model, OURS, ours.points, *format_shares(ours, walls.tolerance), ""]]
     for name, found in answers.items():
         if isinstance(found, str):
             rows.append([model, name, found, "", "", "", ""])
             continue
-        theirs = walls.turned(as_surface(found.surface), found.deviation)
+        theirs = walls.measure(convert_surface(found.surface), found.deviation)
         less = ours.share < theirs.share or not ours.share
-        rows.append([model, name, theirs.points, *shares(theirs, walls.tolerance), less])
+        rows.append([model, name, theirs.points, *format_shares(theirs, walls.tolerance), less])
     return rows
 
 
-def shares(turned: Turned, tolerance: float) -> list[object]:
-    """The figures of one result."""
+def format_shares(turned: Turned, tolerance: float) -> list[object]:
+    """Write the figures of one result."""
     return [turned.deviation / tolerance, f"{turned.share:.3%}", f"{turned.walls:.3%}"]
 
 
-def compare(anchor: Anchor, folder: Path) -> tuple[list[list[object]], list[list[object]]]:
+def compare_models(anchor: Anchor, folder: Path) -> tuple[list[list[object]], list[list[object]]]:
     """Rows of one model: within the tolerance, and at the same number of points."""
     mesh = read_model(folder / anchor.model)
-    judge = judge_of(mesh)
-    tools = decimators(judge)
+    judge = build_judge(mesh)
+    tools = build_decimators(judge)
     walls = Walls(mesh, anchor.relative * judge.diagonal)
-    light = welded(*bldsimp.simplify((mesh.points, mesh.faces), walls.tolerance).mesh)
-    ours = walls.turned(light, deviation(mesh, light))
-    within, same = asked(tools, fewest(walls.tolerance)), asked(tools, as_many(ours.points))
-    return measured(anchor.model, walls, ours, within), measured(anchor.model, walls, ours, same)
+    light = weld_surface(*bldsimp.simplify((mesh.points, mesh.faces), walls.tolerance).mesh)
+    ours = walls.measure(light, measure_deviation(mesh, light))
+    within, same = run_peers(tools, find_fewest(walls.tolerance)), run_peers(tools, find_as_many(ours.points))
+    return measure_results(anchor.model, walls, ours, within), measure_results(anchor.model, walls, ours, same)
 
 
-def below(rows: list[list[object]]) -> str:
+def compare_shares(rows: list[list[object]]) -> str:
     """On how many models less turns in ours than in each peer's result."""
     models = dict.fromkeys(str(row[0]) for row in rows)
     lost = {str(row[0]) for row in rows if row[-1] is False}
@@ -192,15 +193,15 @@ def main() -> None:
     parser.add_argument("csv", nargs="?", type=Path, metavar="CSV", help="default: beside the models' folder")
     parser.add_argument("--tolerance", type=float, nargs="+", default=[RELATIVE], metavar="RELATIVE")
     args = parser.parse_args()
-    folder = models_folder()
+    folder = find_models()
     anchors = read_anchors(args.csv or folder.parent / "anchors.csv")
     for relative in args.tolerance:
         wanted = [one for one in anchors if one.relative == relative and PurePosixPath(one.model).parts[0] in CLEAN]
-        both = [compare(anchor, folder) for anchor in wanted]
+        both = [compare_models(anchor, folder) for anchor in wanted]
         titles = ("each peer's fewest points within it", "each peer at as many points as bldsimp")
         for title, rows in zip(titles, ([row for each in both for row in each[k]] for k in (0, 1)), strict=True):
             print(f"Tolerance {relative:g} of the diagonal, {title}:\n")
-            print(f"{table(HEADER, rows)}\n\n{below(rows)}\n")
+            print(f"{format_table(HEADER, rows)}\n\n{compare_shares(rows)}\n")
 
 
 if __name__ == "__main__":

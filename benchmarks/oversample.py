@@ -15,8 +15,8 @@ TURN_AXIS = (0.2, 0.3, 1.0)
 SHRINK = 0.95
 
 
-def sparse(path: Path) -> Surface:
-    """A model made light, so that it has as many points afterwards as it is over-sampled to, and no more."""
+def simplify_model(path: Path) -> Surface:
+    """Simplify a model, so that over-sampling decides its number of points."""
     points, faces = bldsimp.simplify(tuple(read_surface(path))).mesh
     return Surface(points, faces.astype(np.int64))
 
@@ -27,22 +27,22 @@ def oversample(surface: Surface, triangles: int) -> Surface:
     An edge is split for both of its faces or for none, so closed stays closed. After the turn no wall is
     parallel to an axis, and after rounding none is exactly flat any more.
     """
-    longest = float(_lengths(*surface).max())
+    longest = float(_measure_lengths(*surface).max())
     while len(surface.faces) < triangles:
         longest *= SHRINK
         while (finer := _split_longer(surface, longest)) is not surface:
             surface = finer
-    return Surface(_turned(surface.points).astype(np.float32).astype(np.float64), surface.faces)
+    return Surface(_turn(surface.points).astype(np.float32).astype(np.float64), surface.faces)
 
 
-def noisy(surface: Surface, deviate: float) -> Surface:
-    """Every point moved by a normal deviate of so many model units along each axis, and rounded to single."""
+def add_noise(surface: Surface, deviate: float) -> Surface:
+    """Move every point by a normal deviate of so many model units along each axis, and round to single precision."""
     moved = surface.points + np.random.default_rng(0).normal(0.0, deviate, surface.points.shape)
     return Surface(moved.astype(np.float32).astype(np.float64), surface.faces)
 
 
-def _lengths(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Length of the edge from each corner of a face to the next."""
+def _measure_lengths(points: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the length of the edge from each corner of a face to the next."""
     lengths: NDArray[np.float64] = np.linalg.norm(points[np.roll(faces, -1, axis=1)] - points[faces], axis=2)
     return lengths
 
@@ -80,8 +80,8 @@ def _cut(faces: NDArray[np.int64], middle: NDArray[np.int64]) -> NDArray[np.int6
     return np.concatenate([np.stack([u[m], v[m], w[m]], axis=1) for m, u, v, w in pieces])
 
 
-def _turned(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points turned about the skew axis (Rodrigues' formula)."""
+def _turn(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn points about the skew axis (Rodrigues' formula)."""
     axis = np.array(TURN_AXIS) / np.linalg.norm(TURN_AXIS)
     angle = np.radians(TURN_DEGREES)
     along = np.outer((points * axis).sum(axis=1), axis)

@@ -1,4 +1,4 @@
-"""Peak memory of `simplify` above the mesh's own arrays, in a fresh process. Linux only (reads /proc).
+"""Measure the peak memory of `simplify` above the mesh's own arrays, in a fresh process. Linux only (reads /proc).
 
 usage: peak_memory.py POINTS.npy FACES.npy
 """
@@ -14,8 +14,8 @@ import numpy as np
 from surface import Surface
 
 
-def peak_above_arrays(surface: Surface) -> int:
-    """Bytes that a fresh process needs at most above the level at which it holds the arrays."""
+def measure_peak(surface: Surface) -> int:
+    """Measure the bytes that a fresh process needs at most above the level at which it holds the arrays."""
     with tempfile.TemporaryDirectory() as folder:
         paths = [Path(folder) / f"{name}.npy" for name in surface._fields]
         for path, array in zip(paths, surface, strict=True):
@@ -24,8 +24,8 @@ def peak_above_arrays(surface: Surface) -> int:
     return int(done.stdout)
 
 
-def _bytes(name: str) -> int:
-    """A figure of this process: VmRSS is what it holds now, VmHWM the most it ever held."""
+def _read_status(name: str) -> int:
+    """Read a figure of this process: VmRSS is its memory now, VmHWM its greatest memory."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith(name + ":"):
             return int(line.split()[1]) * 1024
@@ -39,10 +39,10 @@ def _main() -> None:
     corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     # What the first call of anything loads is no part of the figure.
     bldsimp.simplify((corner, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])))
-    level = _bytes("VmRSS")
+    level = _read_status("VmRSS")
     light = bldsimp.simplify((points, faces))
     assert light.report.after.points <= len(points)
-    print(max(_bytes("VmHWM") - level, 0))
+    print(max(_read_status("VmHWM") - level, 0))
 
 
 if __name__ == "__main__":

@@ -1,16 +1,16 @@
 #!/bin/sh
-# All benchmarks, as Markdown on standard output; a few minutes on a quiet machine:
+# Run all benchmarks and print them as Markdown; a few minutes on a quiet machine:
 #
 #     sh benchmarks/run.sh >benchmarks/results/VERSION.md
 #
-# Wants bldsimp[bench] in the environment of PYTHON (default: that of setup.sh), and the third-party models in
+# Needs bldsimp[bench] in the environment of PYTHON (default: that of setup.sh), and the third-party models in
 # BLDSIMP_MODELS or in ../shared/models beside the checkout. Arguments choose sections: block anchors ...
-# The section "tolerance" is done where BLDSIMP_JUDGE names a script that measures (see tolerance.py).
+# The section "tolerance" runs where BLDSIMP_JUDGE names a script that measures (see tolerance.py).
 set -eu
 cd "$(dirname "$0")/.."
 python=${PYTHON:-.venv/bin/python}
 models=${BLDSIMP_MODELS:-../shared/models}
-chosen=" ${*:-block triangulation anchors decimation tolerance normals startup textured batch models} "
+chosen=" ${*:-pipeline block triangulation anchors decimation tolerance normals startup textured batch models} "
 
 section() { # NAME TITLE SCRIPT ARGUMENT...
     case $chosen in *" $1 "*) ;; *) return 0 ;; esac
@@ -24,6 +24,7 @@ section() { # NAME TITLE SCRIPT ARGUMENT...
 echo "# Figures of bldsimp $("$python" -c 'import bldsimp; print(bldsimp.__version__)')"
 echo
 "$python" benchmarks/machine.py
+section pipeline "One run: calls, functions, stages" pipeline.py
 section block "The over-sampled block" block.py "$models/exact/oversampled_minimal.ply"
 section block "Stages of the over-sampled block" block.py --stages --runs 3 "$models/exact/oversampled_minimal.ply"
 section triangulation "The triangulation" triangulation.py
@@ -37,4 +38,4 @@ section startup "From start to end" startup.py
 section textured "A textured GLB from start to end" textured.py
 section batch "Many files" batch.py
 section models "Every model" models.py
-section models "Every model, textures and colours dropped" models.py --delimit none --tolerance auto
+section models "Every model, textures and colors ignored" models.py --delimit none --tolerance auto

@@ -24,7 +24,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from third_party import ROOT, models_folder
+from surface import ROOT, find_models
 
 SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
 TOLERANCES = ("auto", "0.1%", "1%")
@@ -36,7 +36,7 @@ RENAMED: dict[str, str] = {}
 
 def list_models(only: str) -> Iterator[tuple[str, Path]]:
     """Yield the name and path of each model whose name contains a text."""
-    models = models_folder()
+    models = find_models()
     for folder in (ROOT / "data", models, models.parent / "cases"):
         for path in sorted(folder.rglob("*")):
             name = f"{folder.name}/{path.relative_to(folder).as_posix()}"

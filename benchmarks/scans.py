@@ -14,49 +14,48 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from normals import Walls, asked
-from peers import as_surface, decimators, judge_of, read_model
+from normals import Walls, run_peers
+from peers import build_decimators, build_judge, convert_surface, read_model
+from picture import Style, View, draw_picture
 from PIL.Image import Dither
-from surface import Surface, deviation, welded
-from table import table
-from third_party import ROOT, models_folder
+from surface import ROOT, Surface, find_models, measure_deviation, weld_surface
+from table import format_table
 
 import bldsimp
 from bldsimp.compare.measure import Judge
-from bldsimp.compare.picture import Style, View, picture
-from bldsimp.compare.surface import Surface as Compared
+from bldsimp.compare.placement import PlacedSurface
 
 OURS = "bldsimp"
 COLUMNS = 4
-COLOURS = 64
+COLORS = 64
 
 SHADES = Style(width=540, height=430, line=0.0, crease=0.0, gap=6)
-"""No lines: shades alone tell whether a wall is flat."""
+"""Without lines: shades show whether a wall is flat."""
 
 
 @dataclass(frozen=True)
 class Scan:
-    """A model and how it is looked at.
+    """A model and its views.
 
     Attributes
     ----------
     name : str
         Of its pictures.
-    title, source, licence : str
-        What the page tells of it.
+    title, source, license : str
+        Words of the page.
     axes : tuple
         Rows that turn the model so that z points upwards.
     styles : dict of float to Style
-        How it is looked at, by the tolerance as a share of the diagonal.
+        One for each tolerance, as a share of the diagonal.
     inside : bool
-        Whether it is looked into: faces seen from behind are not drawn.
+        Whether the view is from inside: faces seen from behind are not drawn.
     """
 
     model: str
     name: str
     title: str
     source: str
-    licence: str
+    license: str
     axes: tuple[tuple[float, float, float], ...]
     styles: dict[float, Style]
     inside: bool = False
@@ -93,7 +92,7 @@ SCANS = (
 
 @dataclass
 class Result:
-    """What one method made of a scan; `deviation` in units of the tolerance."""
+    """The result of one method for a scan; `deviation` in units of the tolerance."""
 
     method: str
     surface: Surface
@@ -114,25 +113,26 @@ class Result:
         return f"{points}, moved by up to {self.deviation:.3g} tolerances" if self.deviation else points
 
 
-def results(mesh: Surface, judge: Judge, tolerance: float) -> list[Result]:
-    """The original, bldsimp, and each peer that does not refuse: with as many points, or the fewest it gets down to."""
+def collect_results(mesh: Surface, judge: Judge, tolerance: float) -> list[Result]:
+    """Collect the original, bldsimp, and each peer that does not refuse: with as many points, or its fewest."""
     walls = Walls(mesh, tolerance)
-    light = welded(*bldsimp.simplify((mesh.points, mesh.faces), tolerance).mesh)
-    made = {"original": (mesh, 0.0), OURS: (light, deviation(mesh, light))}
-    for name, found in asked(decimators(judge), lambda tool: tool.at_points(len(light.points))).items():
+    simplified = weld_surface(*bldsimp.simplify((mesh.points, mesh.faces), tolerance).mesh)
+    made = {"original": (mesh, 0.0), OURS: (simplified, measure_deviation(mesh, simplified))}
+    answers = run_peers(build_decimators(judge), lambda tool: tool.find_point_count(len(simplified.points)))
+    for name, found in answers.items():
         if not isinstance(found, str):
-            made[name] = (as_surface(found.surface), found.deviation)
-    return [measured(name, *each, judge, walls) for name, each in made.items()]
+            made[name] = (convert_surface(found.surface), found.deviation)
+    return [measure_result(name, *each, judge, walls) for name, each in made.items()]
 
 
-def measured(method: str, surface: Surface, moved: float, judge: Judge, walls: Walls) -> Result:
-    """A result with its figures."""
-    left = judge.borders_made(Compared(surface.points, surface.faces.astype(np.int32)), walls.tolerance)
-    return Result(method, surface, moved / walls.tolerance, walls.turned(surface, moved).share, left)
+def measure_result(method: str, surface: Surface, moved: float, judge: Judge, walls: Walls) -> Result:
+    """Measure a result."""
+    left = judge.count_new_borders(PlacedSurface(surface.points, surface.faces.astype(np.int32)), walls.tolerance)
+    return Result(method, surface, moved / walls.tolerance, walls.measure(surface, moved).share, left)
 
 
-def view(scan: Scan, style: Style, result: Result) -> View:
-    """What a picture shows of a result."""
+def build_view(scan: Scan, style: Style, result: Result) -> View:
+    """Build the view of a result."""
     points = result.surface.points @ np.array(scan.axes).T
     faces = result.surface.faces
     if scan.inside:
@@ -146,9 +146,9 @@ def view(scan: Scan, style: Style, result: Result) -> View:
 
 def draw(scan: Scan, style: Style, made: list[Result], target: Path) -> None:
     """Write a picture of all results."""
-    image = picture([view(scan, style, result) for result in made], style, COLUMNS)
-    # A palette makes the file a third as large; without lines there are only shades of one colour.
-    image.quantize(COLOURS, dither=Dither.NONE).save(target, optimize=True)
+    image = draw_picture([build_view(scan, style, result) for result in made], style, COLUMNS)
+    # A palette makes the file a third as large; without lines there are only shades of one color.
+    image.quantize(COLORS, dither=Dither.NONE).save(target, optimize=True)
 
 
 HEADER = ("method", "points", "triangles", "deviation / tolerance", "normals turned", "borders moved")
@@ -156,29 +156,29 @@ HEADER = ("method", "points", "triangles", "deviation / tolerance", "normals tur
 TEXT = """\
 # Scans
 
-A scan is nowhere flat. Here are two, each at 0.5 % and, nearer, at 0.1 % of its diagonal: the original, what bldsimp
-makes of it, and what other tools make of it with as many points, or with the fewest that they get down to. Every face
-has one shade, and no edges are drawn, so that a wall shows whether it is flat. Tools that refuse the model are not
-shown. One command makes this page: `python benchmarks/scans.py`.
+A scan is nowhere flat. This page shows two, each at 0.5 % and, closer, at 0.1 % of its diagonal: the original, the
+result of bldsimp, and results of other tools with as many points, or with the fewest that they reach. Every face has
+one shade and edges are not drawn, so you can see whether a wall is flat. Tools that refuse the model are not shown.
+One command makes this page: `python benchmarks/scans.py`.
 
 *Deviation* is measured both ways, in units of the tolerance. *Normals turned* is the share of the original's area
-where the nearest face of the result is turned by more than 30 degrees. *Borders moved* counts open edges that are
+where the nearest face of the result is turned by more than 30 degrees. *Borders moved* counts open edges that lie
 farther than the tolerance from every open edge of the original.
 """
 
 
-def section(scan: Scan, folder: Path) -> str:
-    """Draw a scan at all tolerances, and tell of it."""
-    mesh = read_model(models_folder() / scan.model)
-    judge = judge_of(mesh)
-    parts = [f"\n## {scan.title}\n\nThe model is {scan.source};\nits licence is {scan.licence}.\n"]
+def write_section(scan: Scan, folder: Path) -> str:
+    """Draw a scan at all tolerances, and write its section."""
+    mesh = read_model(find_models() / scan.model)
+    judge = build_judge(mesh)
+    parts = [f"\n## {scan.title}\n\nThe model is {scan.source};\nits license is {scan.license}.\n"]
     for relative, style in scan.styles.items():
-        made = results(mesh, judge, relative * judge.diagonal)
+        made = collect_results(mesh, judge, relative * judge.diagonal)
         name = f"{scan.name}_{1000 * relative:g}.png"
         draw(scan, style, made, folder / name)
         rows = [one.row for one in made]
         title = f"At {100 * relative:g} %"
-        parts.append(f"\n### {title}\n\n![{scan.title}: {title}]({name})\n\n{table(HEADER, rows)}\n")
+        parts.append(f"\n### {title}\n\n![{scan.title}: {title}]({name})\n\n{format_table(HEADER, rows)}\n")
     return "".join(parts)
 
 
@@ -188,7 +188,7 @@ def main() -> None:
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "docs", metavar="FOLDER")
     folder = parser.parse_args().folder
     folder.mkdir(parents=True, exist_ok=True)
-    text = TEXT + "".join(section(scan, folder) for scan in SCANS)
+    text = TEXT + "".join(write_section(scan, folder) for scan in SCANS)
     (folder / "scans.md").write_text(text, encoding="utf-8", newline="")
 
 

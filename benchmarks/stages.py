@@ -1,32 +1,47 @@
-"""Where the time goes: seconds of each stage of one `simplify`, without what the stages inside it take."""
+"""Measure where the time goes: seconds of each kernel and stage of a run, without those of the stages inside it."""
 
 from __future__ import annotations
 
+import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import ModuleType
+from types import FunctionType
 from typing import Any
 
-from bldsimp import _core, pipeline
-from bldsimp import api as simplified
+from bldsimp import _core
 
 REST = "Python between the stages"
-PYTHON_STAGES = {
-    (simplified, "_scene_of"): "check and cast the arrays",
-    (simplified, "resolve_tolerance"): "resolve tolerance",
-    (simplified, "diagonal"): "diagonal",
-    (simplified, "_tell"): "report",
-    (pipeline, "_oriented"): "turn faces",
-    (pipeline, "_frame"): "frame",
-    (pipeline, "climb"): "ladder, in Python",
-    (pipeline, "_in_rows"): "rows, in Python",
-}
+
+STAGES = "bldsimp.stages."
+"""Public functions of these modules are stages."""
+
+Place = tuple[Any, str]
+"""A module, and a name in it."""
 
 
-def stage_seconds(run: Callable[[], object]) -> dict[str, float]:
-    """Seconds of each stage during `run`, in the order in which they first ended; the sum is all of it."""
-    with _watched() as seconds:
+def time_stages(run: Callable[[], object]) -> dict[str, float]:
+    """Return the seconds of each stage during `run`, in the order in which they first ended; the sum is all of it."""
+    seconds: dict[str, float] = {}
+    inner = [0.0]
+
+    def time_stage(name: str, stage: Callable[..., Any]) -> Callable[..., Any]:
+        """Add the stage's own time to `seconds`; `inner` keeps the time of the callees of each call."""
+
+        def timed(*args: Any, **kwargs: Any) -> Any:
+            inner.append(0.0)
+            start = time.perf_counter()
+            try:
+                return stage(*args, **kwargs)
+            finally:
+                took = time.perf_counter() - start
+                seconds[name] = seconds.get(name, 0.0) + took - inner.pop()
+                inner[-1] += took
+
+        return timed
+
+    with replace_all(find_kernels() | find_stages(), time_stage):
         start = time.perf_counter()
         run()
         total = time.perf_counter() - start
@@ -34,38 +49,49 @@ def stage_seconds(run: Callable[[], object]) -> dict[str, float]:
     return seconds
 
 
+def count_calls(run: Callable[[], object]) -> Counter[str]:
+    """Count the calls of each kernel during `run`."""
+    calls: Counter[str] = Counter()
+
+    def count(name: str, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        def counted(*args: Any, **kwargs: Any) -> Any:
+            calls[name] += 1
+            return kernel(*args, **kwargs)
+
+        return counted
+
+    with replace_all(find_kernels(), count):
+        run()
+    return calls
+
+
+def find_kernels() -> dict[Place, str]:
+    """Find the functions of the compiled core, with their names."""
+    names = [name for name in dir(_core) if name[0].islower() and callable(getattr(_core, name))]
+    return {(_core, name): name.replace("_", " ") for name in names}
+
+
+def find_stages() -> dict[Place, str]:
+    """Find every place in the package that refers to a public function of a stage, with the stage's name."""
+    found: dict[Place, str] = {}
+    for name, module in list(sys.modules.items()):
+        for key, value in list(vars(module).items()) if name.startswith("bldsimp") else ():
+            home = value.__module__ if isinstance(value, FunctionType) else ""
+            if home.startswith(STAGES) and not key.startswith("_"):
+                found[module, key] = f"{home.removeprefix(STAGES)}, in Python"
+    return found
+
+
 @contextmanager
-def _watched() -> Iterator[dict[str, float]]:
-    """Replace the stages by ones that also keep time."""
-    seconds: dict[str, float] = {}
-    inner = [0.0]
-    kernels = {
-        (_core, name): name.replace("_", " ")
-        for name in dir(_core)
-        if name[0].islower() and callable(getattr(_core, name))
-    }
-    stages: dict[tuple[ModuleType, str], str] = {**PYTHON_STAGES, **kernels}
-    originals = {place: getattr(*place) for place in stages}
+def replace_all(
+    places: dict[Place, str], wrap: Callable[[str, Callable[..., Any]], Callable[..., Any]]
+) -> Iterator[None]:
+    """Replace functions by wrapped ones for a while."""
+    originals = {(module, name): getattr(module, name) for module, name in places}
     try:
-        for (module, name), shown in stages.items():
-            setattr(module, name, _timed(originals[module, name], shown, seconds, inner))
-        yield seconds
+        for (module, name), shown in places.items():
+            setattr(module, name, wrap(shown, originals[module, name]))
+        yield
     finally:
         for (module, name), original in originals.items():
             setattr(module, name, original)
-
-
-def _timed(stage: Callable[..., Any], shown: str, seconds: dict[str, float], inner: list[float]) -> Callable[..., Any]:
-    """A stage that adds its own time to `seconds`; `inner` holds what the callees of each call took."""
-
-    def timed(*args: Any, **kwargs: Any) -> Any:
-        inner.append(0.0)
-        start = time.perf_counter()
-        try:
-            return stage(*args, **kwargs)
-        finally:
-            took = time.perf_counter() - start
-            seconds[shown] = seconds.get(shown, 0.0) + took - inner.pop()
-            inner[-1] += took
-
-    return timed

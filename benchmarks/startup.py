@@ -1,9 +1,9 @@
-"""The whole program in a fresh process, beside one that only imports trimesh, loads the file and exports it.
+"""Time the whole program in a fresh process, beside one that only imports trimesh, loads the file and exports it.
 
 usage: python benchmarks/startup.py [MESH] [--triangles N] [--runs R]
 needs: pip install bldsimp
 
-MESH is made light first and then over-sampled to N triangles; both programs read the same file and write the
+MESH is simplified first and then over-sampled to N triangles; both programs read the same file and write the
 same format. They run in turns; the ratio is that of the medians. Everything is printed as Markdown.
 """
 
@@ -17,10 +17,9 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from oversample import oversample, sparse
-from surface import Surface
-from table import table, time_in_turns
-from third_party import ROOT
+from oversample import oversample, simplify_model
+from surface import ROOT, Surface
+from table import format_table, time_in_turns
 
 LIMIT = 1.5
 """The program may take this many times as long as trimesh alone."""
@@ -34,13 +33,13 @@ OURS = "import sys; from bldsimp.cli import main; sys.exit(main())"
 THEIRS = "import sys, trimesh; trimesh.load(sys.argv[1], process=False).export(sys.argv[2])"
 
 
-def ours(source: Path, target: Path) -> None:
-    """`bldsimp simplify` as a whole process."""
+def run_ours(source: Path, target: Path) -> None:
+    """Run `bldsimp simplify` as a whole process."""
     _run([sys.executable, "-c", OURS, "simplify", str(source), str(target), "--overwrite"])
 
 
-def theirs(source: Path, target: Path) -> None:
-    """trimesh in and out as a whole process."""
+def run_theirs(source: Path, target: Path) -> None:
+    """Load and export with trimesh as a whole process."""
     _run([sys.executable, "-c", THEIRS, str(source), str(target)])
 
 
@@ -48,8 +47,8 @@ def _run(command: Sequence[str]) -> None:
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def figures(mesh: Surface, runs: int) -> str:
-    """Times of both programs for each pair of formats."""
+def measure_figures(mesh: Surface, runs: int) -> str:
+    """Measure the times of both programs for each pair of formats."""
     import trimesh
 
     rows = []
@@ -57,7 +56,7 @@ def figures(mesh: Surface, runs: int) -> str:
         for read, written in FORMATS:
             source, target = Path(scratch) / f"fine.{read}", Path(scratch) / f"light.{written}"
             trimesh.Trimesh(mesh.points, mesh.faces, process=False).export(source)
-            jobs = {"ours": partial(ours, source, target), "theirs": partial(theirs, source, target)}
+            jobs = {"ours": partial(run_ours, source, target), "theirs": partial(run_theirs, source, target)}
             for job in jobs.values():  # once, so that no program pays for a cold disk
                 job()
             timings = time_in_turns(runs, **jobs)
@@ -66,7 +65,7 @@ def figures(mesh: Surface, runs: int) -> str:
                 f"{read.upper()} -> {written.upper()}", len(mesh.faces), timings["ours"], timings["theirs"],
                 f"{ratio:.2f} x", ratio <= LIMIT,
             ])  # fmt: skip
-    return table(["files", "triangles", "bldsimp", "trimesh alone", "ratio", f"at most {LIMIT}"], rows)
+    return format_table(["files", "triangles", "bldsimp", "trimesh alone", "ratio", f"at most {LIMIT}"], rows)
 
 
 def main() -> None:
@@ -76,7 +75,7 @@ def main() -> None:
     parser.add_argument("--triangles", type=int, default=17_000, metavar="N")
     parser.add_argument("--runs", type=int, default=5)
     args = parser.parse_args()
-    print(figures(oversample(sparse(args.mesh), args.triangles), args.runs))
+    print(measure_figures(oversample(simplify_model(args.mesh), args.triangles), args.runs))
 
 
 if __name__ == "__main__":

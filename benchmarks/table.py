@@ -1,4 +1,4 @@
-"""Tables as all benchmarks print them: Markdown, numbers to the right, times as the least of several runs."""
+"""Print tables as all benchmarks do: Markdown, numbers to the right, times as the least of several runs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import statistics
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+
+from bldsimp.report import Report
 
 
 @dataclass
@@ -25,7 +27,7 @@ class Timing:
         return statistics.median(self.seconds)
 
     def __str__(self) -> str:
-        return f"{shown_time(self.least)} / {shown_time(self.median)}"
+        return f"{format_time(self.least)} / {format_time(self.median)}"
 
 
 def time_in_turns(runs: int, **jobs: Callable[[], object]) -> dict[str, Timing]:
@@ -39,9 +41,9 @@ def time_in_turns(runs: int, **jobs: Callable[[], object]) -> dict[str, Timing]:
     return timings
 
 
-def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """A Markdown table; its first column stands on the left, all others on the right."""
-    cells = [list(header), *([_shown(cell) for cell in row] for row in rows)]
+def format_table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """Write a Markdown table; its first column is aligned left, all others right."""
+    cells = [list(header), *([_format_cell(cell) for cell in row] for row in rows)]
     widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
     rule = [("-" * (w + 1) + ":") if i else "-" * (w + 2) for i, w in enumerate(widths)]
     lines = []
@@ -51,17 +53,35 @@ def table(header: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     return "\n".join([lines[0], "|" + "|".join(rule) + "|", *lines[1:]])
 
 
-def shown_time(seconds: float) -> str:
-    """Seconds to three digits, in the unit that suits them."""
+def format_time(seconds: float) -> str:
+    """Write seconds to three digits, in the unit that suits them."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"
     return f"{seconds * 1e9:.3g} ns"
 
 
-def _shown(cell: object) -> str:
+def _format_cell(cell: object) -> str:
     if isinstance(cell, bool):
         return "yes" if cell else "no"
     if isinstance(cell, int):
         return f"{cell:,}"
     return f"{cell:.3g}" if isinstance(cell, float) else str(cell)
+
+
+def format_rung_shares(report: Report) -> str:
+    """Write the share of the facets on each rung that has any, best rung first."""
+    named = [(name.replace("_", " "), format_share(count, report.facets)) for name, count in report.rungs.items()]
+    return ", ".join(f"{name} {shown}" for name, shown in named if shown)
+
+
+def format_share(part: int, whole: int) -> str:
+    """Write a count and its share of the whole; nothing where it is 0."""
+    return f"{part:,} = {format_percent(part, whole)}" if part else ""
+
+
+def format_percent(part: int, whole: int) -> str:
+    """Write a share in percent, rounded so that only the whole shows as 100 %."""
+    shown = 100.0 * part / max(whole, 1)
+    digits = 3 if 100 * part < 99 * whole else 5
+    return f"{shown:.{digits}g} %"

@@ -1,9 +1,9 @@
-"""A textured GLB from start to end in a fresh process, beside one that only loads it with trimesh and exports it.
+"""Time a textured GLB from start to end in a fresh process, beside one that only loads it with trimesh and exports it.
 
 usage: python benchmarks/textured.py [MESH] [--triangles N] [--runs R]
 needs: pip install bldsimp pillow
 
-MESH is made light first, over-sampled to N triangles, and textured: each wall by the two axes that it faces least.
+MESH is simplified first, over-sampled to N triangles, and textured: each wall by the two axes that it faces least.
 Both programs read the same file and write GLB, in turns; the ratio is that of the medians. The stages are those of one
 more run, in this process. Everything is printed as Markdown.
 """
@@ -20,11 +20,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from oversample import oversample, sparse
-from startup import LIMIT, ours, theirs
-from surface import Surface
-from table import shown_time, table, time_in_turns
-from third_party import ROOT
+from oversample import oversample, simplify_model
+from startup import LIMIT, run_ours, run_theirs
+from surface import ROOT, Surface
+from table import format_table, format_time, time_in_turns
 
 from bldsimp import Options, simplify_scene
 from bldsimp.io import read, write
@@ -35,8 +34,8 @@ TILES = 0.5
 PIXELS = 1024
 
 
-def textured(mesh: Surface) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
-    """Points, faces and UV, with a vertex for each side that meets at a point."""
+def map_texture(mesh: Surface) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
+    """Map a texture: points, faces and UV, with a vertex for each side that meets at a point."""
     a, b, c = (mesh.points[mesh.faces[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
     axis = np.argmax(np.abs(normals), axis=1)
@@ -53,7 +52,7 @@ def save(mesh: Surface, path: Path) -> None:
     import trimesh
     from PIL import Image
 
-    points, faces, uv = textured(mesh)
+    points, faces, uv = map_texture(mesh)
     noise = np.random.default_rng(0).integers(0, 255, (PIXELS, PIXELS, 3), np.uint8)
     looks: Any = trimesh.visual
     material = looks.material.PBRMaterial(baseColorTexture=Image.fromarray(noise))
@@ -61,8 +60,8 @@ def save(mesh: Surface, path: Path) -> None:
     trimesh.Trimesh(points, faces, visual=visual, process=False).export(path)
 
 
-def stages(source: Path, target: Path) -> list[list[object]]:
-    """What reading, simplifying and writing take."""
+def time_io(source: Path, target: Path) -> list[list[object]]:
+    """Time reading, simplifying and writing."""
     clock = [time.perf_counter()]
     scene = read(source, "glb")
     clock.append(time.perf_counter())
@@ -70,7 +69,7 @@ def stages(source: Path, target: Path) -> list[list[object]]:
     clock.append(time.perf_counter())
     written = write(scene, lights, target, "glb", Options())
     clock.append(time.perf_counter())
-    spent = [shown_time(end - start) for start, end in itertools.pairwise(clock)]
+    spent = [format_time(end - start) for start, end in itertools.pairwise(clock)]
     return [[f"{report.before.points:,} -> {report.after.points:,}", report.before.vertices, written.vertices, *spent]]
 
 
@@ -81,17 +80,19 @@ def main() -> None:
     parser.add_argument("--triangles", type=int, default=1_000_000, metavar="N")
     parser.add_argument("--runs", type=int, default=3)
     args = parser.parse_args()
-    mesh = oversample(sparse(args.mesh), args.triangles)
+    mesh = oversample(simplify_model(args.mesh), args.triangles)
     with tempfile.TemporaryDirectory() as scratch:
         source, target = Path(scratch) / "fine.glb", Path(scratch) / "light.glb"
         save(mesh, source)
-        timings = time_in_turns(args.runs, ours=partial(ours, source, target), theirs=partial(theirs, source, target))
+        timings = time_in_turns(
+            args.runs, ours=partial(run_ours, source, target), theirs=partial(run_theirs, source, target)
+        )
         ratio = timings["ours"].median / timings["theirs"].median
         row = [len(mesh.faces), timings["ours"], timings["theirs"], f"{ratio:.2f} x", ratio <= LIMIT]
-        print(table(["triangles", "bldsimp", "trimesh alone", "ratio", f"at most {LIMIT}"], [row]))
+        print(format_table(["triangles", "bldsimp", "trimesh alone", "ratio", f"at most {LIMIT}"], [row]))
         print()
         header = ["points", "vertices", "vertices left", "reading", "simplifying", "writing"]
-        print(table(header, stages(source, target)))
+        print(format_table(header, time_io(source, target)))
 
 
 if __name__ == "__main__":

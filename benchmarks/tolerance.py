@@ -1,4 +1,4 @@
-"""Wide tolerances, judged from outside: the program's own command writes a file, and a script of your own measures it.
+"""Judge wide tolerances from outside: the program's own command writes a file, and a script of your own measures it.
 
 usage: python benchmarks/tolerance.py JUDGE.py [CSV] [--tolerance RELATIVE ...] [--noisy TRIANGLES ...]
 needs: pip install bldsimp, and what JUDGE.py needs; Linux or macOS (reads the memory of the command)
@@ -29,10 +29,9 @@ from typing import Any
 
 import numpy as np
 from anchors import Anchor, read_anchors
-from oversample import noisy, oversample, sparse
-from surface import Surface
-from table import table
-from third_party import models_folder
+from oversample import add_noise, oversample, simplify_model
+from surface import Surface, find_models
+from table import format_table
 
 WIDE = 1e-4
 """Relative tolerance from which on a row is measured."""
@@ -108,12 +107,12 @@ class Judged:
 
 
 def is_closed(topology: dict[str, int]) -> bool:
-    """Whether every edge is used once each way."""
+    """Return whether every edge is used once each way."""
     names = ("boundary_edges", "nonmanifold_edges", "edges_with_clashing_winding")
     return not any(topology[name] for name in names)
 
 
-def judge(script: Path, model: Path, tolerance: str) -> Judged:
+def judge_model(script: Path, model: Path, tolerance: str) -> Judged:
     """Simplify a model with the command, and have the script measure what it wrote.
 
     Raises
@@ -125,7 +124,7 @@ def judge(script: Path, model: Path, tolerance: str) -> Judged:
         light = Path(folder) / "light.ply"
         code = "import sys; from bldsimp.cli import main; sys.exit(main())"
         command = [sys.executable, "-c", code, "simplify", str(model), str(light), "--tolerance", tolerance]
-        seconds, memory = timed([*command, "--delimit", "none", "--quiet"])
+        seconds, memory = time_command([*command, "--delimit", "none", "--quiet"])
         measure = [sys.executable, str(script), str(model), str(light), "--json"]
         done = subprocess.run(measure, stdout=subprocess.PIPE, text=True)
         if done.returncode:
@@ -133,8 +132,8 @@ def judge(script: Path, model: Path, tolerance: str) -> Judged:
         return Judged(json.loads(done.stdout), seconds, memory)
 
 
-def timed(command: Sequence[str]) -> tuple[float, int]:
-    """Seconds and peak memory, in bytes, of a command.
+def time_command(command: Sequence[str]) -> tuple[float, int]:
+    """Measure seconds and peak memory, in bytes, of a command.
 
     Raises
     ------
@@ -157,43 +156,44 @@ HEADER = (
 )  # fmt: skip
 
 
-def row_of(anchor: Anchor, judged: Judged) -> list[object]:
-    """A row of the table of models."""
+def build_row(anchor: Anchor, judged: Judged) -> list[object]:
+    """Build a row of the table of models."""
     tolerance = anchor.relative * float(judged.found["diagonal"])
-    most = int(anchor.best_points * allowance(anchor))
+    most = int(anchor.best_points * find_allowance(anchor))
     components = " -> ".join(f"{judged.found[when]['components']:,}" for when in ("before", "after"))
     return [
         anchor.model, f"{anchor.relative:g}", anchor.points, judged.points,
         f"{anchor.best_points:,} ({anchor.best_peer})", judged.points / anchor.best_points,
         judged.deviation / tolerance, judged.rim / tolerance, judged.edges, components, judged.seconds,
-        verdict(judged.points <= most), verdict(judged.deviation <= tolerance), verdict(judged.stays_closed),
+        format_verdict(judged.points <= most), format_verdict(judged.deviation <= tolerance),
+        format_verdict(judged.stays_closed),
     ]  # fmt: skip
 
 
-def allowance(anchor: Anchor) -> float:
-    """How many times the points of the best peer may be left."""
+def find_allowance(anchor: Anchor) -> float:
+    """Return how many times the points of the best peer may remain."""
     return NO_BUILDING.get(Path(anchor.model).name, 1.0)
 
 
-def verdict(met: bool) -> str:
-    """PASS or FAIL."""
+def format_verdict(met: bool) -> str:
+    """Write PASS or FAIL."""
     return "PASS" if met else "FAIL"
 
 
-def means(ratios: Sequence[tuple[Anchor, float]]) -> str:
-    """The geometric means over the buildings, at each tolerance and in all."""
+def format_means(ratios: Sequence[tuple[Anchor, float]]) -> str:
+    """Write the geometric means over the buildings, at each tolerance and in all."""
     buildings = [(anchor.relative, ratio) for anchor, ratio in ratios if Path(anchor.model).name not in NO_BUILDING]
     lines = []
     for relative in sorted({relative for relative, _ in buildings}):
-        mean = geometric_mean([ratio for own, ratio in buildings if own == relative])
+        mean = find_geometric_mean([ratio for own, ratio in buildings if own == relative])
         lines.append(f"- at {relative:g}: {mean:.3f}")
-    mean = geometric_mean([ratio for _, ratio in buildings])
-    lines.append(f"- in all: {mean:.3f}, at most {MEAN}: {verdict(mean <= MEAN)}")
+    mean = find_geometric_mean([ratio for _, ratio in buildings])
+    lines.append(f"- in all: {mean:.3f}, at most {MEAN}: {format_verdict(mean <= MEAN)}")
     return "Points beside the best peer's, geometric mean over the buildings:\n\n" + "\n".join(lines)
 
 
-def geometric_mean(ratios: Sequence[float]) -> float:
-    """Of at least one ratio."""
+def find_geometric_mean(ratios: Sequence[float]) -> float:
+    """Return the geometric mean of at least one ratio."""
     return math.exp(math.fsum(map(math.log, ratios)) / len(ratios))
 
 
@@ -203,38 +203,39 @@ NOISY_HEADER = (
 )  # fmt: skip
 
 
-def noisy_row(name: str, judged: Judged, limits: Limits) -> list[object]:
-    """A row of the table of noisy blocks."""
+def build_noisy_row(name: str, judged: Judged, limits: Limits) -> list[object]:
+    """Build a row of the table of noisy blocks."""
     before = judged.found["before"]
     return [
         name, before["triangles"], before["points"], judged.points, judged.deviation / NOISY_TOLERANCE, judged.edges,
         judged.volume, judged.seconds, f"{judged.memory / MEBIBYTE:.0f} MiB",
-        at_most(judged.points, limits.points), verdict(judged.deviation <= NOISY_TOLERANCE),
-        verdict(judged.stays_closed), at_most(judged.volume, VOLUME), at_most(judged.seconds, limits.seconds),
+        check_limit(judged.points, limits.points), format_verdict(judged.deviation <= NOISY_TOLERANCE),
+        format_verdict(judged.stays_closed), check_limit(judged.volume, VOLUME),
+        check_limit(judged.seconds, limits.seconds),
     ]  # fmt: skip
 
 
-def at_most(found: float, limit: float) -> str:
-    """The verdict with its limit; nothing where there is none."""
-    return f"{verdict(found <= limit)} ({limit:g})" if limit else ""
+def check_limit(found: float, limit: float) -> str:
+    """Write the verdict with its limit; nothing where there is no limit."""
+    return f"{format_verdict(found <= limit)} ({limit:g})" if limit else ""
 
 
-def noisy_rows(script: Path, folder: Path, sizes: Sequence[int]) -> list[list[object]]:
-    """The noisy block among the models, and those that are made."""
-    judged = judge(script, folder / NOISY_MODEL, str(NOISY_TOLERANCE))
-    rows = [noisy_row(NOISY_MODEL, judged, NOISY_LIMITS[NOISY_MODEL])]
-    base = sparse(folder / BASE)
+def build_noisy_rows(script: Path, folder: Path, sizes: Sequence[int]) -> list[list[object]]:
+    """Build the rows of the noisy block among the models, and of those made here."""
+    judged = judge_model(script, folder / NOISY_MODEL, str(NOISY_TOLERANCE))
+    rows = [build_noisy_row(NOISY_MODEL, judged, NOISY_LIMITS[NOISY_MODEL])]
+    base = simplify_model(folder / BASE)
     for size in sizes:
         with tempfile.TemporaryDirectory() as scratch:
             path = Path(scratch) / "block.ply"
-            path.write_bytes(ply(noisy(oversample(base, size), NOISE)))
-            judged = judge(script, path, str(NOISY_TOLERANCE))
-            rows.append(noisy_row(f"made, {size:,}", judged, NOISY_LIMITS.get(size, Limits())))
+            path.write_bytes(write_ply(add_noise(oversample(base, size), NOISE)))
+            judged = judge_model(script, path, str(NOISY_TOLERANCE))
+            rows.append(build_noisy_row(f"made, {size:,}", judged, NOISY_LIMITS.get(size, Limits())))
     return rows
 
 
-def ply(surface: Surface) -> bytes:
-    """A binary PLY file in double precision."""
+def write_ply(surface: Surface) -> bytes:
+    """Write a binary PLY file in double precision."""
     faces = np.empty(len(surface.faces), [("size", "u1"), ("corners", "<i4", 3)])
     faces["size"], faces["corners"] = 3, surface.faces
     axes = "".join(f"property double {axis}\n" for axis in "xyz")
@@ -253,15 +254,15 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float, nargs="+", metavar="RELATIVE", help="default: 1e-4 and more")
     parser.add_argument("--noisy", type=int, nargs="*", default=NOISY_SIZES, metavar="TRIANGLES")
     args = parser.parse_args()
-    folder = models_folder()
+    folder = find_models()
     anchors = read_anchors(args.csv or folder.parent / "anchors.csv")
     chosen = [one for one in anchors if (one.relative in args.tolerance if args.tolerance else one.relative >= WIDE)]
-    judged = [judge(args.judge, folder / anchor.model, f"{100 * anchor.relative:.12g}%") for anchor in chosen]
-    rows = [row_of(anchor, one) for anchor, one in zip(chosen, judged, strict=True)]
-    print(f"{table(HEADER, rows)}\n")
-    print(means([(anchor, one.points / anchor.best_points) for anchor, one in zip(chosen, judged, strict=True)]))
+    judged = [judge_model(args.judge, folder / anchor.model, f"{100 * anchor.relative:.12g}%") for anchor in chosen]
+    rows = [build_row(anchor, one) for anchor, one in zip(chosen, judged, strict=True)]
+    print(f"{format_table(HEADER, rows)}\n")
+    print(format_means([(anchor, one.points / anchor.best_points) for anchor, one in zip(chosen, judged, strict=True)]))
     print(f"\nThe noisy blocks, at {NOISY_TOLERANCE}:\n")
-    print(table(NOISY_HEADER, noisy_rows(args.judge, folder, args.noisy)))
+    print(format_table(NOISY_HEADER, build_noisy_rows(args.judge, folder, args.noisy)))
 
 
 if __name__ == "__main__":

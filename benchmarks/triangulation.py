@@ -1,4 +1,4 @@
-"""The triangulation core beside Triangle and SciPy: random points, polygons with holes, cocircular grids.
+"""Time the triangulation core beside Triangle and SciPy: random points, polygons with holes, cocircular grids.
 
 usage: python benchmarks/triangulation.py [--runs R] [--quick]
 needs: pip install "bldsimp[bench]"; SciPy is measured where it is installed
@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import triangle
 from numpy.typing import NDArray
-from table import Timing, shown_time, table, time_in_turns
+from table import Timing, format_table, format_time, time_in_turns
 
 import bldsimp
 
@@ -46,12 +46,12 @@ class Case:
     segments: NDArray[np.int32] = field(default_factory=lambda: np.empty((0, 2), np.int32))
     holes: list[tuple[float, float]] = field(default_factory=list)
 
-    def ours(self) -> int:
-        """Triangles of bldsimp."""
+    def run_ours(self) -> int:
+        """Count the triangles of bldsimp."""
         return len(bldsimp.triangulate(self.points, self.segments, carve=len(self.segments) > 0).triangles)
 
-    def triangle(self) -> int:
-        """Triangles of Triangle."""
+    def run_triangle(self) -> int:
+        """Count the triangles of Triangle."""
         given: dict[str, Any] = {"vertices": self.points}
         if len(self.segments):
             given["segments"] = self.segments
@@ -59,50 +59,50 @@ class Case:
             given["holes"] = self.holes
         return len(triangle.triangulate(given, "pQ" if len(self.segments) else "Q")["triangles"])
 
-    def scipy(self) -> int:
-        """Triangles of SciPy, which knows no segments."""
+    def run_scipy(self) -> int:
+        """Count the triangles of SciPy, which knows no segments."""
         return len(Delaunay(self.points).simplices)
 
 
-def star(rng: np.random.Generator, centre: tuple[float, float], count: int, least: float, most: float) -> Points:
-    """Points of a ring around a centre, their distance at random."""
+def make_star(rng: np.random.Generator, center: tuple[float, float], count: int, least: float, most: float) -> Points:
+    """Make points of a ring around a center, their distance at random."""
     angle = np.arange(count) * (2 * np.pi / count)
     arm = rng.uniform(least, most, (count, 1))
-    ring: Points = np.array(centre) + arm * np.c_[np.cos(angle), np.sin(angle)]
+    ring: Points = np.array(center) + arm * np.c_[np.cos(angle), np.sin(angle)]
     return ring
 
 
-def polygon(outer: int, holes: int, corners: int) -> Case:
-    """A star with star-shaped holes in a circle around its middle."""
+def make_polygon(outer: int, holes: int, corners: int) -> Case:
+    """Make a star with star-shaped holes in a circle around its middle."""
     rng = np.random.default_rng(outer)
-    centres = [(6 * np.cos(a), 6 * np.sin(a)) for a in np.arange(holes) * (2 * np.pi / max(holes, 1))]
-    outlines = [star(rng, (0, 0), outer, 10, 13), *(star(rng, c, corners, 1, 1.3) for c in centres)]
+    centers = [(6 * np.cos(a), 6 * np.sin(a)) for a in np.arange(holes) * (2 * np.pi / max(holes, 1))]
+    outlines = [make_star(rng, (0, 0), outer, 10, 13), *(make_star(rng, c, corners, 1, 1.3) for c in centers)]
     starts = np.cumsum([0, *map(len, outlines)])
     segments = [
         first + np.c_[np.arange(len(ring)), (np.arange(len(ring)) + 1) % len(ring)]
         for first, ring in zip(starts[:-1], outlines, strict=True)
     ]
     name = f"polygon, {holes} holes" if holes else "polygon"
-    return Case(name, np.concatenate(outlines), np.concatenate(segments).astype(np.int32), centres)
+    return Case(name, np.concatenate(outlines), np.concatenate(segments).astype(np.int32), centers)
 
 
-def cases(quick: bool) -> list[Case]:
-    """The inputs, by kind of use."""
+def make_cases(quick: bool) -> list[Case]:
+    """Make the inputs, by kind of use."""
     rng = np.random.default_rng(1)
     side = np.arange(100 if quick else 300, dtype=float)
     grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     sizes = (10_000, 100_000) if quick else (10_000, 100_000, 1_000_000)
     return [
-        polygon(12, 0, 0),
-        polygon(36, 8, 12),
-        polygon(9_904, 8, 12),
+        make_polygon(12, 0, 0),
+        make_polygon(36, 8, 12),
+        make_polygon(9_904, 8, 12),
         *(Case("random points", rng.random((n, 2))) for n in sizes),
         Case("grid, all ties", grid),
     ]
 
 
-def repeated(job: Callable[[], int], times: int) -> Callable[[], None]:
-    """The job so many times over."""
+def repeat(job: Callable[[], int], times: int) -> Callable[[], None]:
+    """Repeat a job so many times."""
 
     def run() -> None:
         for _ in range(times):
@@ -112,21 +112,21 @@ def repeated(job: Callable[[], int], times: int) -> Callable[[], None]:
 
 
 def measure(case: Case, runs: int) -> list[object]:
-    """One row of the table."""
-    jobs = {"ours": case.ours, "triangle": case.triangle}
+    """Measure one row of the table."""
+    jobs = {"ours": case.run_ours, "triangle": case.run_triangle}
     if Delaunay is not None and not len(case.segments) and len(case.points) <= MOST_FOR_SCIPY:
-        jobs["scipy"] = case.scipy
+        jobs["scipy"] = case.run_scipy
     counts = {name: job() for name, job in jobs.items()}
     once = time_in_turns(1, **jobs)
     times = {name: max(1, round(LEAST_SECONDS / once[name].least)) for name in jobs}
-    total = time_in_turns(runs, **{name: repeated(job, times[name]) for name, job in jobs.items()})
+    total = time_in_turns(runs, **{name: repeat(job, times[name]) for name, job in jobs.items()})
     timing = {name: Timing([s / times[name] for s in total[name].seconds]) for name in jobs}
     ratio = f"{timing['triangle'].least / timing['ours'].least:.2f} x"
     scipy = str(timing["scipy"]) if "scipy" in timing else ""
     differing = ", ".join(f"{name}: {count:,}" for name, count in counts.items() if count != counts["ours"])
     return [
         case.name, len(case.points), counts["ours"], timing["ours"],
-        shown_time(timing["ours"].least / len(case.points)), timing["triangle"], ratio, scipy, differing,
+        format_time(timing["ours"].least / len(case.points)), timing["triangle"], ratio, scipy, differing,
     ]  # fmt: skip
 
 
@@ -147,7 +147,7 @@ def main() -> None:
         "SciPy",
         "other counts",
     ]
-    print(table(header, [measure(case, args.runs) for case in cases(args.quick)]))
+    print(format_table(header, [measure(case, args.runs) for case in make_cases(args.quick)]))
 
 
 if __name__ == "__main__":

@@ -106,7 +106,7 @@ def _remove_hidden_meshes(scene: Scene) -> None:
 def _simplify(scene: Scene, options: Options, progress: _core.Progress | None) -> tuple[list[SimplifiedMesh], Report]:
     results, report = simplify_scene(scene, options, progress)
     if options.baseline:
-        from .compare.baseline import baseline_points
+        from .compare.decimate import count_baseline_points
 
-        report.baseline = baseline_points(scene, report.deviation, report.warnings)
+        report.baseline = count_baseline_points(scene, report.deviation, report.warnings)
     return results, report

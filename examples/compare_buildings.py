@@ -1,10 +1,10 @@
 """Make the figures of docs/from_the_article.md: points by method, and how the buildings look.
 
 usage: compare_buildings.py [FOLDER]      (docs where none is given)
-needs: pip install 'bldsimp[plots,pictures]'
+needs: pip install 'bldsimp[pictures]'
 
 Writes buildings.csv, with all figures, points.svg, the chart of them, and for each building a picture:
-the original, what the standard method makes of it, and what the improved one does.
+the original, and the results of the standard and the improved method.
 """
 
 from __future__ import annotations
@@ -12,13 +12,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from picture import Style, View, draw_picture
 from PIL.Image import Dither
 
-from bldsimp.compare.comparison import compare_file
-from bldsimp.compare.picture import Style, View, picture
-from bldsimp.compare.plot import write_plot
-from bldsimp.compare.row import Comparison
-from bldsimp.compare.table import to_csv
+from bldsimp.compare.plot import draw_plot
+from bldsimp.compare.rows import Comparison, compare_file
+from bldsimp.compare.table import format_csv
 from bldsimp.options import COMPARED_TOLERANCES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -30,8 +29,8 @@ STYLES = {
 }
 
 
-def views(comparison: Comparison, tolerance: str) -> list[View]:
-    """What the pictures show, with their counts."""
+def make_views(comparison: Comparison, tolerance: str) -> list[View]:
+    """Make the views of the pictures, with their counts."""
     rows = {row.method: row for row in comparison.rows if row.tolerance == tolerance}
     made = []
     for method in SHOWN:
@@ -44,15 +43,15 @@ def views(comparison: Comparison, tolerance: str) -> list[View]:
 
 
 def main() -> None:
-    """Compare, write the figures, draw."""
+    """Compare, write the figures, draw the pictures."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs"
     folder.mkdir(parents=True, exist_ok=True)
     files = [ROOT / "data" / name for name in ("building_a.obj", "building_b.obj")]
     comparisons = [compare_file(file, "obj", f"data/{file.name}", TOLERANCES) for file in files]
-    (folder / "buildings.csv").write_text(to_csv(comparisons), encoding="utf-8", newline="")
-    (folder / "points.svg").write_bytes(write_plot(comparisons, ".svg"))
+    (folder / "buildings.csv").write_text(format_csv(comparisons), encoding="utf-8", newline="")
+    (folder / "points.svg").write_bytes(draw_plot(comparisons, ".svg"))
     for file, comparison in zip(files, comparisons, strict=True):
-        image = picture(views(comparison, TOLERANCES[0]), STYLES[file.stem])
+        image = draw_picture(make_views(comparison, TOLERANCES[0]), STYLES[file.stem])
         # A palette makes the file a third as large; the shades of flat facets are few.
         target = folder / f"{file.stem}_methods.png"
         image.quantize(128, dither=Dither.NONE).save(target, optimize=True)

@@ -16,17 +16,17 @@ from pathlib import Path
 import numpy as np
 from buildings.facet_model import Model
 from buildings.glb import INDICES, VERTICES, Z_UP, Glb
-from buildings.house import house
+from buildings.house import build_house
 from buildings.tessellate import Faces, Points, tessellate
 from buildings.textured_files import NAME, write_textured_glb, write_textured_obj
-from buildings.tower import tower
+from buildings.tower import build_tower
 
 DECIMALS = 6
-"""Coordinates are written to the micrometre, so their rounding is below single precision's at 60 m."""
+"""Coordinates are written to the micrometer, so their rounding is below single precision's at 60 m."""
 
 
 def write_obj(path: Path, points: Points, faces: Faces) -> None:
-    """Wavefront OBJ, z upwards."""
+    """Write Wavefront OBJ, z upwards."""
     lines = [f"o {path.stem}"]
     lines += [f"v {x:.{DECIMALS}f} {y:.{DECIMALS}f} {z:.{DECIMALS}f}" for x, y, z in points]
     lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
@@ -34,10 +34,10 @@ def write_obj(path: Path, points: Points, faces: Faces) -> None:
 
 
 def write_glb(path: Path, points: Points, faces: Faces) -> None:
-    """Binary glTF with the OBJ's numbers in single precision; its node turns z up to glTF's y up."""
+    """Write binary glTF with the OBJ's numbers in single precision; its node turns z up to glTF's y up."""
     glb = Glb()
-    position = glb.accessor(points.astype("<f4"), VERTICES, bounded=True)
-    indices = glb.accessor(faces.astype("<u2" if len(points) < 65535 else "<u4").ravel(), INDICES)
+    position = glb.add_accessor(points.astype("<f4"), VERTICES, bounded=True)
+    indices = glb.add_accessor(faces.astype("<u2" if len(points) < 65535 else "<u4").ravel(), INDICES)
     glb.write(
         path,
         scene=0,
@@ -48,21 +48,21 @@ def write_glb(path: Path, points: Points, faces: Faces) -> None:
 
 
 def describe(model: Model, points: Points, faces: Faces) -> str:
-    """Counts of a mesh, and the fewest that its model needs."""
+    """Describe a mesh by its counts, and the fewest that its model needs."""
     ends, uses = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)), axis=0, return_counts=True)
     euler = len(points) - len(ends) + len(faces)
     watertight = "watertight" if np.all(uses == 2) else "open"
-    fewest = f"{model.corners()} points, {model.fewest_triangles()} triangles"
+    fewest = f"{model.count_corners()} points, {model.count_fewest_triangles()} triangles"
     return f"{len(points)} points, {len(faces)} triangles, {watertight}, Euler {euler}; fewest: {fewest}"
 
 
 EDGE = {"building_a": 0.2, "building_b": 0.7}
-"""Length above which edges of the buildings are cut; metres."""
+"""Length above which edges of the buildings are cut; meters."""
 
 
 def main(folder: Path) -> None:
     """Write all buildings in both formats."""
-    for name, make in (("building_a", house), ("building_b", tower)):
+    for name, make in (("building_a", build_house), ("building_b", build_tower)):
         model = make()
         points, faces = tessellate(model, EDGE[name])
         points = np.round(points, DECIMALS) + 0.0

@@ -13,15 +13,14 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from picture import Style, View, draw_picture
 from PIL.Image import Dither
-
-from bldsimp.compare.picture import Style, View, picture
 
 GLTF_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
-def read(path: Path, title: str) -> View:
-    """A model as it stands in the world, z upwards."""
+def read_view(path: Path, title: str) -> View:
+    """Read a model as it stands in the world, z upwards."""
     mesh = trimesh.load_mesh(path, process=False)
     points, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     if path.suffix.lower() in (".glb", ".gltf"):
@@ -41,9 +40,9 @@ def main() -> None:
     parser.add_argument("--elevation", type=float, default=Style.elevation)
     options = parser.parse_args()
     style = Style(azimuth=options.azimuth, elevation=options.elevation)
-    views = [read(options.before, "before"), read(options.after, "after")]
+    views = [read_view(options.before, "before"), read_view(options.after, "after")]
     # A palette makes the file a third as large; the shades of flat facets are few.
-    picture(views, style).quantize(128, dither=Dither.NONE).save(options.target, optimize=True)
+    draw_picture(views, style).quantize(128, dither=Dither.NONE).save(options.target, optimize=True)
 
 
 if __name__ == "__main__":

@@ -13,15 +13,15 @@ from scipy.spatial import cKDTree
 
 sys.path.insert(0, str(ROOT / "examples"))
 
-from buildings.facet_model import Frame, Model, rectangle
-from buildings.house import house
+from buildings.facet_model import Frame, Model, make_rectangle
+from buildings.house import build_house
 from buildings.tessellate import tessellate
-from buildings.tower import tower
+from buildings.tower import build_tower
 
 from bldsimp import Options, Tolerance, simplify, simplify_scene
 from bldsimp.io import read
 
-BUILDINGS = {"building_a": house, "building_b": tower}
+BUILDINGS = {"building_a": build_house, "building_b": build_tower}
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
@@ -37,18 +37,18 @@ def cube() -> Model:
     """A unit cube with a square recess in its top."""
     model = Model()
     for origin, right in (((0, 0), (1, 0)), ((1, 0), (0, 1)), ((1, 1), (-1, 0)), ((0, 1), (0, -1))):
-        frame = Frame.through((*origin, 0), (*right, 0), (0, 0, 1))
-        model.plate(frame, rectangle(0, 0, 1, 1))
-    top = model.plate(Frame.through((0, 0, 1), (1, 0, 0), (0, 1, 0)), rectangle(0, 0, 1, 1))
-    top.recess(rectangle(0.25, 0.25, 0.75, 0.75), 0.5)
-    model.plate(Frame.through((0, 1, 0), (1, 0, 0), (0, -1, 0)), rectangle(0, 0, 1, 1))
+        frame = Frame.span((*origin, 0), (*right, 0), (0, 0, 1))
+        model.add_plate(frame, make_rectangle(0, 0, 1, 1))
+    top = model.add_plate(Frame.span((0, 0, 1), (1, 0, 0), (0, 1, 0)), make_rectangle(0, 0, 1, 1))
+    top.recess(make_rectangle(0.25, 0.25, 0.75, 0.75), 0.5)
+    model.add_plate(Frame.span((0, 1, 0), (1, 0, 0), (0, -1, 0)), make_rectangle(0, 0, 1, 1))
     return model
 
 
 def test_fewest_points_of_a_cube_with_a_recess() -> None:
     model = cube().finish()
-    assert model.corners() == 16
-    assert model.fewest_triangles() == 28
+    assert model.count_corners() == 16
+    assert model.count_fewest_triangles() == 28
 
 
 def test_finish_refuses_an_open_model() -> None:
@@ -76,8 +76,8 @@ def test_building_is_a_closed_solid_of_its_construction(data: Path, name: str, s
     mesh = load(data / f"{name}.{suffix}")
     model = BUILDINGS[name]()
     plain = trimesh.Trimesh(*tessellate(model, 1e9), process=False)
-    assert len(plain.vertices) == model.corners()
-    assert len(plain.faces) == model.fewest_triangles()
+    assert len(plain.vertices) == model.count_corners()
+    assert len(plain.faces) == model.count_fewest_triangles()
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
     assert len(np.unique(mesh.vertices, axis=0)) == len(mesh.vertices)
@@ -85,7 +85,7 @@ def test_building_is_a_closed_solid_of_its_construction(data: Path, name: str, s
     assert mesh.body_count == plain.body_count
     assert mesh.volume == pytest.approx(plain.volume, rel=1e-6)
     assert mesh.area == pytest.approx(plain.area, rel=1e-6)
-    assert len(mesh.vertices) > 10 * model.corners()
+    assert len(mesh.vertices) > 10 * model.count_corners()
     assert cKDTree(mesh.vertices).query(plain.vertices)[0].max() < 4e-6
 
 
@@ -101,8 +101,8 @@ def test_both_forms_are_one_model(data: Path, name: str) -> None:
 def test_simplify_finds_the_fewest_points_of_the_construction(data: Path, name: str, suffix: str) -> None:
     model = BUILDINGS[name]()
     _, report = simplify_scene(read(data / f"{name}.{suffix}", suffix), Options())
-    assert report.after.points == model.corners()
-    assert report.after.triangles == model.fewest_triangles()
+    assert report.after.points == model.count_corners()
+    assert report.after.triangles == model.count_fewest_triangles()
     assert report.facets == len(model.facets)
     assert report.after.watertight
     assert 0 < report.deviation <= report.tolerance
@@ -113,7 +113,7 @@ def test_simplify_finds_the_fewest_points_of_the_construction(data: Path, name: 
 def test_a_wide_tolerance_keeps_no_more_points_than_the_default(data: Path, name: str, percent: float) -> None:
     scene = read(data / f"{name}.obj", "obj")
     _, report = simplify_scene(scene, Options(tolerance=Tolerance(percent, "percent")))
-    assert report.after.points <= BUILDINGS[name]().corners()
+    assert report.after.points <= BUILDINGS[name]().count_corners()
     assert report.after.watertight
     assert report.deviation <= report.tolerance
 

@@ -21,7 +21,7 @@ def trace_outlines() -> _core.Outlines:
 def test_a_broken_invariant_names_its_stage():
     outlines = trace_outlines()
     assert len(_core.lay_pieces(POINTS, outlines, np.ones(3, np.uint8)).begin) == 3
-    with pytest.raises(_core.KernelError, match="^lay_pieces: an end of a chain is not kept$"):
+    with pytest.raises(_core.KernelError, match=r"^lay_pieces: an end of a chain is not kept$"):
         _core.lay_pieces(POINTS, outlines, np.zeros(3, np.uint8))
 
 

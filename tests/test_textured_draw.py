@@ -17,10 +17,10 @@ from shapes import Gltf
 pytest.importorskip("PIL", reason="the extra 'pictures' is not installed")
 sys.path.insert(0, str(ROOT / "examples"))
 
-from textured.difference import LOCAL, Views, difference
-from textured.draw import cameras, draw
-from textured.model import CLAMP, MIRROR, REPEAT, Material, Model, Surface, Texture, wrapped
-from textured.read import read as read_model
+from textured.difference import LOCAL, Views, compare_views
+from textured.draw import draw, place_cameras
+from textured.model import CLAMP, MIRROR, REPEAT, Material, Model, Surface, Texture, wrap_places
+from textured.read import read_model
 
 # The renderer
 
@@ -35,11 +35,11 @@ def wall(material: Material, *, turned: bool = False, repeats: float = 1.0) -> M
     corners = np.array([[0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1.0]])
     uv = np.array([[0, 1], [1, 1], [1, 0], [0, 0.0]]) * repeats
     faces = np.array([[0, 1, 2], [0, 2, 3]])
-    return Model.of([Surface(corners, faces[:, ::-1] if turned else faces, material, uv={0: uv})])
+    return Model.join([Surface(corners, faces[:, ::-1] if turned else faces, material, uv={0: uv})])
 
 
 def from_side(model: Model, azimuth: float, size: int = 64) -> np.ndarray:
-    return draw(model, *cameras(model, size, [(azimuth, 0.0)])[0])
+    return draw(model, *place_cameras(model, size, [(azimuth, 0.0)])[0])
 
 
 def test_a_picture_stands_upright_and_reads_from_left_to_right() -> None:
@@ -59,7 +59,7 @@ def halved(model: Model) -> Model:
         first[:, 1] = second[:, 0] = middle
         return np.concatenate([first, second])
 
-    own = {name: halves(getattr(model, name)) for name in ("corners", "normals", "colours")}
+    own = {name: halves(getattr(model, name)) for name in ("corners", "normals", "colors")}
     uv = {name: halves(rows) for name, rows in model.uv.items()}
     return replace(model, uv=uv, material=np.tile(model.material, 2), **own)
 
@@ -72,19 +72,19 @@ def test_perspective_bends_nothing_that_is_straight() -> None:
 
 def test_backs_are_hidden_unless_a_material_has_two_sides() -> None:
     for two_sided, azimuth, blank in ((False, 0.0, False), (False, 180.0, True), (True, 180.0, False)):
-        shown = from_side(wall(Material(colour=(1, 0, 0, 1), two_sided=two_sided)), azimuth)
+        shown = from_side(wall(Material(color=(1, 0, 0, 1), two_sided=two_sided)), azimuth)
         assert np.all(shown == 1.0) == blank
 
 
 def test_wrapping() -> None:
     for wrap, expected in ((REPEAT, [2, 3, 0, 1]), (CLAMP, [0, 0, 0, 1]), (MIRROR, [1, 0, 0, 1])):
-        np.testing.assert_array_equal(wrapped(np.arange(-2, 2), 4, wrap), expected)
+        np.testing.assert_array_equal(wrap_places(np.arange(-2, 2), 4, wrap), expected)
 
 
-def test_colours_pictures_and_occlusion_multiply() -> None:
+def test_colors_pictures_and_occlusion_multiply() -> None:
     grey = np.full((1, 1, 4), 0.5)
     grey[..., 3] = 1.0
-    plain, all_of_it = Material(), Material(colour=(0.8, 0.4, 0.2, 1.0), picture=Texture(grey), occlusion=Texture(grey))
+    plain, all_of_it = Material(), Material(color=(0.8, 0.4, 0.2, 1.0), picture=Texture(grey), occlusion=Texture(grey))
     bright, dim = (from_side(wall(material), 0.0)[32, 32] for material in (plain, all_of_it))
     np.testing.assert_allclose(dim, bright * [0.2, 0.1, 0.05], rtol=1e-6)
 
@@ -92,9 +92,9 @@ def test_colours_pictures_and_occlusion_multiply() -> None:
 def test_a_mirrored_node_keeps_its_front_outside_and_its_picture_mirrored(tmp_path: Path) -> None:
     document = Gltf()
     corners = np.array([[0, -1, 1], [0, -1, -1], [0, 1, -1], [0, 1, 1.0]])
-    colours = np.array([[1, 0, 0], [0, 0, 1], [0, 0, 1], [1, 0, 0.0]])
+    colors = np.array([[1, 0, 0], [0, 0, 1], [0, 0, 1], [1, 0, 0.0]])
     primitive = {
-        "attributes": {"POSITION": document.accessor(corners), "COLOR_0": document.accessor(colours)},
+        "attributes": {"POSITION": document.accessor(corners), "COLOR_0": document.accessor(colors)},
         "indices": document.accessor(np.array([0, 1, 2, 0, 2, 3]), "u2"),
     }
     document.mesh(primitive, node={"scale": [1, 1, -1]})
@@ -115,7 +115,7 @@ def house(data: Path) -> Model:
 
 @pytest.fixture(scope="module")
 def views(house: Model) -> Views:
-    return Views.of(house)
+    return Views.draw(house)
 
 
 def altered(model: Model, name: str, **changes: object) -> Model:
@@ -134,10 +134,10 @@ def shifted(model: Model, name: str, texels: float) -> Model:
     return replace(model, uv={**model.uv, "picture": uv})
 
 
-def colourless(model: Model, name: str) -> Model:
-    """No colour but the picture's on one material."""
+def colorless(model: Model, name: str) -> Model:
+    """No color but the picture's on one material."""
     (number,) = [k for k, each in enumerate(model.materials) if each.name == name]
-    return replace(model, colours=np.where(model.material[:, None, None] == number, 1.0, model.colours))
+    return replace(model, colors=np.where(model.material[:, None, None] == number, 1.0, model.colors))
 
 
 def swapped(model: Model) -> Model:
@@ -154,7 +154,7 @@ def holed(model: Model) -> Model:
     (sign,) = [k for k, each in enumerate(model.materials) if each.name == "sign"]
     keep = np.ones(len(model.corners), bool)
     keep[np.flatnonzero(model.material == sign)[:8]] = False
-    own = {name: getattr(model, name)[keep] for name in ("corners", "normals", "colours", "material")}
+    own = {name: getattr(model, name)[keep] for name in ("corners", "normals", "colors", "material")}
     return replace(model, uv={name: values[keep] for name, values in model.uv.items()}, **own)
 
 
@@ -163,8 +163,8 @@ SPOILT = {
     **{f"{name} two texels off": lambda m, n=name: shifted(m, n, 2.0) for name in PICTURES},
     **{f"picture of {name} lost": lambda m, n=name: altered(m, n, picture=None) for name in PICTURES},
     "light lost": lambda m: altered(m, "tiles", occlusion=None),
-    "colour lost": lambda m: colourless(m, "timber"),
-    "vertex colours lost": lambda m: colourless(m, "terrace"),
+    "color lost": lambda m: colorless(m, "timber"),
+    "vertex colors lost": lambda m: colorless(m, "terrace"),
     "bricks and tiles swapped": swapped,
     "faces lost": holed,
 }
@@ -172,11 +172,11 @@ SPOILT = {
 
 @pytest.mark.parametrize("spoil", SPOILT)
 def test_the_judge_sees_what_is_wrong(spoil: str, house: Model, views: Views) -> None:
-    found = difference(views, Views.of(SPOILT[spoil](house), views))
+    found = compare_views(views, Views.draw(SPOILT[spoil](house), views))
     assert found.local > LOCAL
 
 
 def test_the_judge_sees_nothing_where_nothing_is(house: Model, views: Views) -> None:
-    found = difference(views, Views.of(house, views))
+    found = compare_views(views, Views.draw(house, views))
     assert found.mean == found.local == 0.0
     assert all(0.1 < np.mean(picture.min(axis=2) < 0.99) < 0.9 for picture in views.pictures)

@@ -15,9 +15,9 @@ from shapes import glb_parts, glb_values
 sys.path.insert(0, str(ROOT / "examples"))
 
 from buildings import painted
-from buildings.png import png
+from buildings.png import encode_png
 from buildings.textured_files import IMAGES, NAME
-from buildings.textured_house import body, terrace, wing
+from buildings.textured_house import build_body, build_terrace, build_wing
 
 from bldsimp import Options, simplify_scene
 from bldsimp.io import read
@@ -53,7 +53,7 @@ def test_the_scene_holds_what_it_is_for(glb: bytes) -> None:
     assert nodes["sign"]["extras"] == {"text": "BRICKS"}
     materials = {material["name"]: material for material in json_["materials"]}
     assert materials["facade"]["occlusionTexture"]["texCoord"] == 1
-    body_, _, _, coloured = json_["meshes"]
+    body_, _, _, colored = json_["meshes"]
     looks = [json_["materials"][each["material"]]["name"] for each in body_["primitives"]]
     assert looks == ["bricks", "facade", "tiles", "timber"]
     ranges = {}
@@ -64,21 +64,21 @@ def test_the_scene_holds_what_it_is_for(glb: bytes) -> None:
     assert ranges["bricks"].max() > 10
     assert ranges["tiles"].max() > 5
     assert ranges["facade"].max() <= 1
-    colours = glb_values(glb, coloured["primitives"][0]["attributes"]["COLOR_0"])
-    assert 0 < colours.min() < colours.max() < 1
-    assert np.ptp(colours, axis=0).min() > 0.1
+    colors = glb_values(glb, colored["primitives"][0]["attributes"]["COLOR_0"])
+    assert 0 < colors.min() < colors.max() < 1
+    assert np.ptp(colors, axis=0).min() > 0.1
 
 
 def test_each_solid_is_closed_and_over_sampled(glb: bytes) -> None:
     meshes = by_mesh(glb)
-    first = body().model
-    models = {"body": first, "wing": wing(len(first.facets)).model, "terrace": terrace()}
+    first = build_body().model
+    models = {"body": first, "wing": build_wing(len(first.facets)).model, "terrace": build_terrace()}
     for name, model in models.items():
         mesh = meshes[name]
         assert mesh.is_watertight, name
         assert mesh.is_winding_consistent
         assert mesh.volume > 0
-        assert len(mesh.vertices) > 20 * model.corners(), name
+        assert len(mesh.vertices) > 20 * model.count_corners(), name
 
 
 @pytest.mark.parametrize("name", IMAGES)
@@ -89,14 +89,14 @@ def test_pictures_are_read_as_they_were_painted(name: str) -> None:
     assert len(picture.convert("RGBA").getcolors(16)) > 2
 
 
-def test_a_picture_of_all_its_colours() -> None:
+def test_a_picture_of_all_its_colors() -> None:
     images = pytest.importorskip("PIL.Image", reason="the extra 'pictures' is not installed")
     palette = [(16 * k, 255 - 16 * k, k, 255 - k) for k in range(16)]
-    pixels = painted.grain((300, 500), 16, 3)
-    shown = images.open(io.BytesIO(png(pixels, palette))).convert("RGBA")
+    pixels = painted.make_grain((300, 500), 16, 3)
+    shown = images.open(io.BytesIO(encode_png(pixels, palette))).convert("RGBA")
     np.testing.assert_array_equal(np.asarray(shown), np.array(palette)[pixels])
     with pytest.raises(ValueError, match="even"):
-        png(pixels[:, :3], palette)
+        encode_png(pixels[:, :3], palette)
 
 
 def test_both_forms_are_one_house(glb: bytes, data: Path) -> None:

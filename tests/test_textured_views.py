@@ -17,11 +17,11 @@ pytest.importorskip("PIL", reason="the extra 'pictures' is not installed")
 sys.path.insert(0, str(ROOT / "examples"))
 
 from buildings.tessellate import tessellate
-from buildings.textured_house import colours, terrace
-from textured.difference import LOCAL, MEAN, Difference, Views, difference
+from buildings.textured_house import build_terrace, color_terrace
+from textured.difference import LOCAL, MEAN, Difference, Views, compare_views
 from textured.model import Model
 from textured.read import is_gltf
-from textured.read import read as read_model
+from textured.read import read_model as read_model
 
 from bldsimp import Options, Tolerance, simplify_scene
 from bldsimp.io import read
@@ -51,7 +51,7 @@ def without_light(model: Model) -> Model:
 def views_of(path: Path, lit: bool) -> Views:
     """Views of an original; drawn once."""
     model = read_model(path)
-    return Views.of(model if lit else without_light(model))
+    return Views.draw(model if lit else without_light(model))
 
 
 def seen_apart(source: Path, target: Path, tolerance: Tolerance) -> Difference:
@@ -62,7 +62,7 @@ def seen_apart(source: Path, target: Path, tolerance: Tolerance) -> Difference:
     write_scene(scene, lights, target, target.suffix[1:], options)
     before = views_of(source, is_gltf(target))
     # No format turns the model: what stands y up does so in a format that does not, too.
-    found = difference(before, Views.of(read_model(target, y_up=is_gltf(source)), before))
+    found = compare_views(before, Views.draw(read_model(target, y_up=is_gltf(source)), before))
     print(f"{source.name} -> {target.suffix[1:]}: mean {found.mean:.2e}, local {found.local:.2e} in {found}")
     return found
 
@@ -115,14 +115,14 @@ def test_a_rough_house_looks_the_same_within_a_tolerance_that_takes_the_roughnes
 
 @pytest.mark.parametrize("suffix", ["ply", "glb", "obj"])
 @pytest.mark.parametrize("on", ["vertices", "faces"])
-def test_colours_of_a_ply_look_the_same(on: str, suffix: str, tmp_path: Path) -> None:
-    points, faces = tessellate(terrace(), 0.4)
+def test_colors_of_a_ply_look_the_same(on: str, suffix: str, tmp_path: Path) -> None:
+    points, faces = tessellate(build_terrace(), 0.4)
     mesh = trimesh.Trimesh(points, faces, process=False)
     if on == "vertices":
-        mesh.visual.vertex_colors = np.round(255 * colours(points)).astype(np.uint8)
+        mesh.visual.vertex_colors = np.round(255 * color_terrace(points)).astype(np.uint8)
     else:
-        mesh.visual.face_colors = np.round(255 * colours(np.round(mesh.triangles_center))).astype(np.uint8)
-    source = tmp_path / "coloured.ply"
+        mesh.visual.face_colors = np.round(255 * color_terrace(np.round(mesh.triangles_center))).astype(np.uint8)
+    source = tmp_path / "colored.ply"
     mesh.export(source)
     found = seen_apart(source, tmp_path / f"light.{suffix}", Tolerance())
     assert found.mean < MEAN

@@ -16,7 +16,7 @@ from .paths import Endpoint, check_output, check_standard_output, find_input
 from .signals import raise_on_signals
 
 if TYPE_CHECKING:
-    from ..compare.row import Comparison
+    from ..compare.rows import Comparison
 
 _EXAMPLES = """
 \b
@@ -54,7 +54,7 @@ def _parse_tolerances(text: str) -> list[str]:
     help="Also write the rows as JSON; '-' prints them, and no table.",
 )
 @click.option(
-    "--plot", type=FILE, metavar="FILE.svg|png", help="Also plot points against tolerance; needs bldsimp[plots]."
+    "--plot", type=FILE, metavar="FILE.svg|png", help="Also plot points against tolerance; PNG needs bldsimp[plots]."
 )
 @click.option(
     "--html", type=FILE, metavar="FILE.html", help="Also write one page that shows the surfaces in 3D, offline."
@@ -99,7 +99,7 @@ def compare(
         check_standard_output()
     _check_outputs(paths, endpoints, overwrite)
     comparisons = _compare_files(dict(zip(sources, endpoints, strict=True)), tolerances, peers, quiet)
-    from ..compare.table import to_text
+    from ..compare.table import format_text
     from ..io.atomic import replace_files
 
     files = {path: _encode(name, path, comparisons) for name, path in paths.items()}
@@ -108,7 +108,7 @@ def compare(
     if printed:
         click.echo(_encode(printed, Path("-"), comparisons), nl=False)
     elif not quiet:
-        click.echo(to_text(comparisons))
+        click.echo(format_text(comparisons))
     failed = [comparison for comparison in comparisons if comparison.failed]
     if failed:
         # The table must precede the line that reports the failure.
@@ -152,35 +152,31 @@ def _check_outputs(paths: dict[str, Path], endpoints: list[Endpoint], overwrite:
         from ..compare.plot import check_plot
 
         check_plot(paths["plot"].suffix)
-    if "html" in paths:
-        from ..compare.page import viewer_library
-
-        viewer_library()
 
 
 def _encode(name: str, path: Path, comparisons: list[Comparison]) -> bytes:
     """Encode the content of an output."""
     if name == "plot":
-        from ..compare.plot import write_plot
+        from ..compare.plot import draw_plot
 
-        return write_plot(comparisons, path.suffix)
+        return draw_plot(comparisons, path.suffix)
     if name == "html":
-        from ..compare.page import write_page
+        from ..compare.page import build_page
 
-        return write_page(comparisons)
-    from ..compare.table import to_csv, to_json
+        return build_page(comparisons)
+    from ..compare.table import format_csv, format_json
 
     # Names of files need not be Unicode.
-    return (to_csv if name == "csv" else to_json)(comparisons).encode("utf-8", "backslashreplace")
+    return (format_csv if name == "csv" else format_json)(comparisons).encode("utf-8", "backslashreplace")
 
 
 def _compare_files(files: dict[str, Endpoint], tolerances: list[str], peers: bool, quiet: bool) -> list[Comparison]:
     """Compare one file after the other."""
-    from ..compare.comparison import compare_file, method_names
-    from ..compare.peers import installed_peers
+    from ..compare.peers import find_peers
+    from ..compare.rows import compare_file, list_methods
 
-    asked = installed_peers() if peers else []
-    steps = len(tolerances) * len(method_names(asked))
+    asked = find_peers() if peers else []
+    steps = len(tolerances) * len(list_methods(asked))
     comparisons = []
     # Elsewhere than on a terminal, click prints the label.
     shown = sys.stderr if sys.stderr.isatty() and not quiet else io.StringIO()

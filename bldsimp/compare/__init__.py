@@ -1,1 +1,1 @@
-"""Side-by-side views of meshes before and after; needs the extra ``pictures``."""
+"""Compare methods on the same buildings: rows, table, chart, and a page in 3D."""

@@ -1,18 +1,21 @@
 "use strict";
 (() => {
+  // Colors are mixed and shown as they are written.
+  THREE.ColorManagement.enabled = false;
+
   const { files, surfaces, rows } = JSON.parse(document.getElementById("data").textContent);
   const byId = (id) => document.getElementById(id);
 
-  // Lightness falls evenly from nothing to most, so that it reads without hues, too.
+  // Lightness falls evenly from 0 to the greatest distance, so gray prints can be read too.
   const RAMP = ["#f6f2d2", "#c5dd8c", "#79c58c", "#2fa59a", "#2480a0", "#35579a", "#4a2a80"];
   const PLAIN = "#e9e3d8";
-  const SIZE = 100; // The model's diagonal as drawn; the controls' own thresholds suit it.
+  const SIZE = 100; // The model's diagonal as drawn; it suits the thresholds of the controls.
   const WIDTH = 2048; // Of textures that hold one number per texel.
   const HOME = { theta: 0.62, phi: 1.2 };
-  const MARGIN = 1.1; // Around the model as it is shown at first.
-  const UPRIGHT = 0.03; // So near may the eye come to the axis; radians.
+  const MARGIN = 1.1; // Around the model in the first view.
+  const UPRIGHT = 0.03; // The eye stays at least so far from the axis; radians.
 
-  // ---- What was packed: deflated, base64, one element each ----
+  // ---- Unpack: arrays are deflated, in base64, one element each ----
 
   async function unpack(id, Type) {
     const text = atob(byId("blob-" + id).textContent);
@@ -22,28 +25,28 @@
     return new Type(await new Response(stream).arrayBuffer());
   }
 
-  async function loadSurface({ points, faces, parts }) {
+  async function loadSurface({ points, faces, steps }) {
     return {
       points: await unpack(points, Float32Array),
       faces: await unpack(faces, Uint32Array),
-      parts: await unpack(parts, Uint8Array),
+      steps: await unpack(steps, Uint8Array),
     };
   }
 
   // ---- One surface: triangles with corners of their own, and a texture of distances ----
 
-  const latticeSize = (k) => ((k + 1) * (k + 2)) / 2;
+  const countLattice = (k) => ((k + 1) * (k + 2)) / 2;
 
-  function geometryOf({ points, faces, parts }) {
+  function buildGeometry({ points, faces, steps }) {
     const position = new Float32Array(faces.length * 3);
-    const cut = new Float32Array(faces.length * 2); // Per corner: first texel of its face, parts a side.
+    const cut = new Float32Array(faces.length * 2); // Per corner: first texel of its face, steps a side.
     let texel = 0;
     for (let i = 0; i < faces.length; i++) {
-      const k = parts[(i / 3) | 0];
+      const k = steps[(i / 3) | 0];
       for (let axis = 0; axis < 3; axis++) position[3 * i + axis] = points[3 * faces[i] + axis];
       cut[2 * i] = texel;
       cut[2 * i + 1] = k;
-      if (i % 3 === 2) texel += latticeSize(k);
+      if (i % 3 === 2) texel += countLattice(k);
     }
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
@@ -51,17 +54,17 @@
     return geometry;
   }
 
-  // Sixteen-bit distances of the points, then of the lattices of faces that are cut, in shares of `top`.
-  function textureOf({ points, faces, parts }, distances, top) {
-    const total = parts.reduce((sum, k) => sum + latticeSize(k), 0);
+  // Sixteen-bit distances of the points, then of the lattices of faces that are cut, as shares of `top`.
+  function buildTexture({ points, faces, steps }, distances, top) {
+    const total = steps.reduce((sum, k) => sum + countLattice(k), 0);
     const texels = new Float32Array(WIDTH * Math.max(1, Math.ceil(total / WIDTH)));
     let texel = 0;
     let next = points.length / 3;
-    for (let face = 0; face < parts.length; face++) {
-      if (parts[face] === 1) {
+    for (let face = 0; face < steps.length; face++) {
+      if (steps[face] === 1) {
         for (let i = 0; i < 3; i++) texels[texel++] = distances[faces[3 * face + i]];
       } else {
-        for (let left = latticeSize(parts[face]); left > 0; left--) texels[texel++] = distances[next++];
+        for (let left = countLattice(steps[face]); left > 0; left--) texels[texel++] = distances[next++];
       }
     }
     for (let i = 0; i < texel; i++) texels[i] *= top / 65535;
@@ -91,11 +94,11 @@
     uniform vec3 ramp[${RAMP.length}];
     uniform vec3 plain;
     uniform float top, line;
-    uniform bool edges, coloured;
+    uniform bool edges, colored;
     in vec3 share;
     in vec3 seen;
     flat in ivec2 lattice;
-    out vec4 colour;
+    out vec4 color;
 
     float at(int i, int j) {
       int texel = lattice.x + j * (lattice.y + 1) - j * (j - 1) / 2 + i;
@@ -124,14 +127,14 @@
       normal *= sign(-dot(normal, seen));
       vec3 up = normalize((viewMatrix * vec4(0.0, 1.0, 0.0, 0.0)).xyz);
       float light = 0.72 + 0.24 * max(dot(normal, normalize(vec3(-0.5, 0.35, 0.8))), 0.0) + 0.09 * dot(normal, up);
-      vec3 base = coloured ? rampAt(distanceHere() / top) : plain;
+      vec3 base = colored ? rampAt(distanceHere() / top) : plain;
       vec3 width = max(fwidth(share), vec3(1e-6));
       vec3 away = share / width;
       float drawn = 1.0 - smoothstep(line - 0.5, line + 0.5, min(away.x, min(away.y, away.z)));
-      // Where triangles are hardly larger than lines, lines would be all there is.
+      // Where triangles are hardly larger than lines, lines would hide them.
       float room = 1.0 / max(width.x, max(width.y, width.z));
       float strength = edges ? drawn * mix(0.12, 0.62, smoothstep(2.0 * line, 12.0 * line, room)) : 0.0;
-      colour = vec4(mix(base * light, vec3(0.09, 0.14, 0.22), strength), 1.0);
+      color = vec4(mix(base * light, vec3(0.09, 0.14, 0.22), strength), 1.0);
     }`;
 
   // ---- Two views, one camera ----
@@ -144,7 +147,7 @@
     top: { value: 1 },
     line: { value: 0.5 },
     edges: { value: true },
-    coloured: { value: true },
+    colored: { value: true },
   };
   let stale = true; // Whether something has changed since the last frame.
 
@@ -181,8 +184,8 @@
     show(surface, distances, top, file) {
       this.clear();
       if (!surface) return;
-      const geometry = geometryOf(surface);
-      const texture = textureOf(surface, distances, top);
+      const geometry = buildGeometry(surface);
+      const texture = buildTexture(surface, distances, top);
       const material = new THREE.ShaderMaterial({
         glslVersion: THREE.GLSL3,
         vertexShader: VERTEX,
@@ -218,8 +221,8 @@
   const views = [];
   let eye = new THREE.Spherical(); // Of the camera about the target.
 
-  // The horizon stays level: the trackball may neither roll nor go over the top.
-  function levelled() {
+  // Keep the horizon level: the trackball may neither roll nor go over the top.
+  function level() {
     const next = new THREE.Spherical().setFromVector3(camera.position.clone().sub(target));
     const swing = Math.abs(Math.atan2(Math.sin(next.theta - eye.theta), Math.cos(next.theta - eye.theta)));
     if (swing > Math.PI / 2) Object.assign(next, { theta: eye.theta, phi: eye.phi < Math.PI / 2 ? 0 : Math.PI });
@@ -245,7 +248,7 @@
     stale = true;
   }
 
-  // As near as the original allows, and in the middle.
+  // Show the whole original, as large as it fits, in the middle.
   function reset() {
     if (!chosen) return;
     const { points } = loaded.get(files[chosen.file].original);
@@ -296,7 +299,7 @@
     const before = camera.position.clone();
     const aim = target.clone();
     for (const view of views) view.controls.update();
-    if (!before.equals(camera.position) || !aim.equals(target)) levelled();
+    if (!before.equals(camera.position) || !aim.equals(target)) level();
     if (!stale) return;
     stale = false;
     for (const view of views) {
@@ -306,10 +309,10 @@
     }
   }
 
-  // ---- What is chosen ----
+  // ---- The chosen row ----
 
   let chosen = null;
-  let loaded = new Map(); // The surfaces on show, by number.
+  let loaded = new Map(); // Surfaces of the chosen row, by number.
   let turn = 0;
 
   async function choose(id) {
@@ -345,7 +348,7 @@
     document.body.dataset.shown = id;
   }
 
-  function short(value) {
+  function format(value) {
     const text = Number(value.toPrecision(3));
     return value > 0 && value < 1e-3 ? text.toExponential() : String(text);
   }
@@ -358,7 +361,7 @@
     const most = Math.max(chosen.deviation, ...chosen.distances.map((side) => side.top));
     const top = tolerance.selected ? chosen.tolerance : most;
     shared.top.value = top || 1;
-    const ticks = top > 0 ? [0, 0.25, 0.5, 0.75, 1].map((part) => short(part * top)) : ["0 everywhere"];
+    const ticks = top > 0 ? [0, 0.25, 0.5, 0.75, 1].map((part) => format(part * top)) : ["0 everywhere"];
     if (most > top) ticks[4] = "≥ " + ticks[4];
     byId("scale").querySelector(".ticks").replaceChildren(
       ...ticks.map((text) => Object.assign(document.createElement("span"), { textContent: text })),
@@ -366,11 +369,11 @@
     stale = true;
   }
 
-  function wire() {
+  function listen() {
     byId("scale").querySelector(".bar").style.backgroundImage = `linear-gradient(90deg, ${RAMP.join(", ")})`;
     const tick = (id, set) => byId(id).addEventListener("change", () => { set(byId(id).checked); stale = true; });
     tick("edges", (on) => { shared.edges.value = on; });
-    tick("colours", (on) => { shared.coloured.value = on; byId("scale").style.visibility = on ? "" : "hidden"; });
+    tick("colors", (on) => { shared.colored.value = on; byId("scale").style.visibility = on ? "" : "hidden"; });
     byId("top").addEventListener("change", rescale);
     byId("up").addEventListener("change", () => { orient(); reset(); });
     byId("reset").addEventListener("click", reset);
@@ -391,12 +394,12 @@
     return;
   }
   if (!document.createElement("canvas").getContext("webgl2") || !window.DecompressionStream) {
-    sayAll("This browser cannot draw in 3D: it has no WebGL 2, or is older than 2023. The table and the chart are below.");
+    sayAll("This browser cannot draw in 3D: it needs WebGL 2 and a version of 2023 or later. Table and chart are below.");
     return;
   }
   views.push(new View(byId("left")), new View(byId("right")));
   views.forEach((view) => view.resize());
-  wire();
+  listen();
   pick(first.dataset.row);
   frame();
 })();

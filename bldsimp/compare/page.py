@@ -1,16 +1,13 @@
-"""One page that shows a comparison in 3D, offline: original and result side by side, the table, the chart.
+"""Build one page that shows a comparison in 3D, offline: original and result side by side, the table, the chart.
 
-The viewer is three.js, as trimesh ships it; geometry and distances are deflated and written in base64,
+The viewer is three.js, which lies beside this file; geometry and distances are deflated and written in base64,
 each once, however many rows show it.
 """
 
 from __future__ import annotations
 
 import base64
-import io
 import json
-import re
-import zipfile
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -25,17 +22,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..errors import BldsimpError
 from ..model import Points
-from .chart import chart_svg
-from .drawn import TRIANGLES, Drawn, drawn
-from .measure import noise
-from .plot import Line, lines_of
-from .row import Comparison, Row
-from .surface import Surface
+from .display_mesh import TRIANGLES, DisplayMesh, choose_display
+from .drawing import format_svg
+from .measure import Judge
+from .placement import PlacedSurface
+from .plot import LineStyle, draw_chart, list_drawable, list_lines
+from .rows import Comparison, MethodRow
+from .table import format_figures
 
-LIBRARY_ENDS = re.compile(r"THREE\.TrackballControls\s*=\s*TrackballControls;\s*\}\)\(\);")
-"""Behind three.js and these controls trimesh's template has nothing that is needed."""
+VIEWER = "three-0.187.0.min.js"
 
 Y_UP = (".glb", ".gltf")
 """Formats whose y axis points upwards; buildings in all others are taken to have z there."""
@@ -43,84 +39,59 @@ Y_UP = (".glb", ".gltf")
 STEPS = 65535
 """Distances are stored in so many steps of the greatest one."""
 
-COLUMNS = (
-    ("method", "method", "What made the surface"),
-    ("points", "points", "Points that a face uses, after the same weld"),
-    ("share", "of original", "Points, in percent of the original's"),
-    ("triangles", "triangles", "Triangles"),
-    ("deviation", "deviation", "Greatest distance measured between the surfaces, both ways, model units"),
-    ("bound", "bound", "No point is farther than this: certified, model units"),
-    ("watertight", "watertight", "Whether every edge belongs to two faces"),
-    ("border_made", "border made", "Open edges that lie on no open edge of the original"),
-    ("seconds", "seconds", "Time that the method took"),
-)
+COLUMNS = {
+    "method": ("method", "What made the surface"),
+    "points": ("points", "Points that a face uses, after the same weld"),
+    "share": ("of original", "Points, in percent of the original's"),
+    "triangles": ("triangles", "Triangles"),
+    "deviation": ("deviation", "Greatest distance measured between the surfaces, both ways, model units"),
+    "bound": ("bound", "No point is farther than this: certified, model units"),
+    "watertight": ("watertight", "Whether every edge belongs to two faces"),
+    "border_made": ("border made", "Open edges that lie on no open edge of the original"),
+    "seconds": ("seconds", "Time of the method"),
+}
+"""Head and tip of each column."""
 
 
-def write_page(comparisons: Sequence[Comparison]) -> bytes:
-    """Make the page.
+def build_page(comparisons: Sequence[Comparison]) -> bytes:
+    """Build the page.
 
     Parameters
     ----------
     comparisons : sequence of Comparison
-        Rows with a surface can be looked at, the others stand in the table only.
+        Rows with a surface can be shown in 3D, the others are in the table only.
 
     Returns
     -------
     bytes
-        HTML that needs nothing beside it; the same comparisons give the same bytes.
-
-    Raises
-    ------
-    BldsimpError
-        If the installed trimesh no longer ships the viewer library as it is known here.
+        HTML that needs no other file and no network; the same comparisons give the same bytes.
 
     Notes
     -----
-    Beside what is drawn, the time goes into distances: of all points drawn and some tens of thousands of
+    Beside the drawing itself, distances take the time: of all points drawn and some tens of thousands of
     samples, both ways, for each different surface.
     """
-    library = viewer_library()
-    packed = Packed()
-    numbers = [packed.add(comparison) for comparison in comparisons]
-    lines = lines_of(comparisons)
+    data = PageData()
+    numbers = [data.add_file(comparison) for comparison in comparisons]
+    lines = list_lines(comparisons)
     own = files("bldsimp.compare")
     text = Template(own.joinpath("page.html").read_text("utf-8")).substitute(
         title="bldsimp compare",
         most=f"{TRIANGLES:,}",
-        subtitle=escape(subtitle(comparisons)),
-        table=table(comparisons, numbers),
-        charts="\n".join(chart(k, each, lines, numbers[k]) for k, each in enumerate(comparisons)),
-        data=packed.json(),
-        blobs=packed.html(),
-        library=library,
+        subtitle=escape(summarize(comparisons)),
+        table=format_table(comparisons, numbers),
+        charts="\n".join(embed_chart(k, each, lines, numbers[k]) for k, each in enumerate(comparisons)),
+        data=data.format_json(),
+        blobs=data.format_blobs(),
+        library=own.joinpath(VIEWER).read_text("utf-8"),
         program=own.joinpath("page.js").read_text("utf-8"),
     )
     # Names of files need not be Unicode.
     return text.encode("utf-8", "replace")
 
 
-def viewer_library() -> str:
-    """three.js and its TrackballControls, with their licence, out of trimesh's viewer.
-
-    Raises
-    ------
-    BldsimpError
-    """
-    packed = files("trimesh").joinpath("resources/templates/viewer.zip")
-    if packed.is_file():
-        with zipfile.ZipFile(io.BytesIO(packed.read_bytes())) as opened:
-            template = opened.read("viewer.html.template").decode("utf-8")
-        scripts = "\n".join(re.findall(r"<script[^>]*>(.*?)</script>", template, re.DOTALL))
-        end = LIBRARY_ENDS.search(scripts)
-        if end and "Three.js Authors" in scripts[: end.start()]:
-            return scripts[: end.end()].strip()
-    raise BldsimpError(
-        "the installed trimesh does not ship three.js in the form that pages need: pip install 'trimesh==5.2.0'"
-    )
-
-
 @dataclass
-class Packed:
+class PageData:
     """Everything that the program on the page reads."""
 
     files: list[dict[str, Any]] = field(default_factory=list)
@@ -128,27 +99,27 @@ class Packed:
     rows: list[dict[str, Any]] = field(default_factory=list)
     blobs: dict[bytes, int] = field(default_factory=dict)
 
-    def add(self, comparison: Comparison) -> dict[int, int]:
-        """Pack what can be drawn of a comparison; numbers on the page by index of its rows."""
+    def add_file(self, comparison: Comparison) -> dict[int, int]:
+        """Add what can be drawn of a comparison; return numbers on the page by index of its rows."""
         original = comparison.original
-        drawable = [k for k, row in enumerate(comparison.rows) if can_be_drawn(row, original)]
-        if original is None or not drawable:
-            self.files.append({})
+        shown = {
+            k: surface
+            for k, row in enumerate(comparison.rows)
+            if (surface := original if row.method == "original" else row.surface) and len(surface.faces)
+        }
+        self.files.append({})
+        if original is None or not len(original.faces) or not shown:
             return {}
-        pairs = Pairs(original, self)
-        title = f"original · {PurePath(comparison.file).name}"
-        self.files.append(
-            {
-                "caption": [title, *original_facts(comparison, original, pairs.drawn)],
-                "original": pairs.number,
-                "diagonal": float(np.linalg.norm(np.ptp(original.points, axis=0))),
-                "up": "y" if PurePath(comparison.file).suffix.lower() in Y_UP else "z",
-            }
-        )
+        pairs = SurfacePairs(original, self)
+        self.files[-1] = {
+            "caption": [f"original · {PurePath(comparison.file).name}", *describe_original(comparison, pairs.note)],
+            "original": pairs.number,
+            "diagonal": pairs.judge.diagonal,
+            "up": "y" if PurePath(comparison.file).suffix.lower() in Y_UP else "z",
+        }
         numbers = {}
-        for k in drawable:
-            row = comparison.rows[k]
-            pair = pairs.with_result(row.surface or original)
+        for k, surface in shown.items():
+            row, pair = comparison.rows[k], pairs.add_result(surface)
             numbers[k] = len(self.rows)
             self.rows.append(
                 {
@@ -157,39 +128,38 @@ class Packed:
                     "tolerance": comparison.tolerances.get(row.tolerance, 0.0),
                     "deviation": row.deviation or 0.0,
                     "distances": [pair.there, pair.back],
-                    "caption": [f"{row.method} · tolerance {row.tolerance}", *result_facts(row, pair.note)],
+                    "caption": [f"{row.method} · tolerance {row.tolerance}", *describe_result(row, pair.note)],
                 }
             )
         return numbers
 
-    def surface(self, shown: Drawn, origin: Points) -> int:
-        """Pack a surface as it is drawn; its number."""
-        self.surfaces.append(
-            {
-                "points": self.blob((shown.points - origin).astype("<f4")),
-                "faces": self.blob(shown.faces.astype("<u4")),
-                "parts": self.blob(shown.parts),
-            }
-        )
+    def add_surface(self, mesh: DisplayMesh, origin: Points) -> int:
+        """Add a surface as it is drawn; return its number."""
+        arrays = {
+            "points": (mesh.points - origin).astype("<f4"),
+            "faces": mesh.faces.astype("<u4"),
+            "steps": mesh.steps,
+        }
+        self.surfaces.append({name: self.add_blob(array) for name, array in arrays.items()})
         return len(self.surfaces) - 1
 
-    def distances(self, values: NDArray[np.float64]) -> dict[str, Any]:
-        """Pack distances in shares of the greatest one."""
+    def add_distances(self, values: NDArray[np.float64]) -> dict[str, Any]:
+        """Add distances in shares of the greatest one."""
         top = float(values.max(initial=0.0))
         shares = np.rint(values * (STEPS / top)) if top > 0.0 else np.zeros(len(values))
-        return {"blob": self.blob(shares.astype("<u2")), "top": top}
+        return {"blob": self.add_blob(shares.astype("<u2")), "top": top}
 
-    def blob(self, array: NDArray[Any]) -> int:
-        """Number of an array's bytes; equal ones are stored once."""
+    def add_blob(self, array: NDArray[Any]) -> int:
+        """Add an array's bytes, equal ones once; return their number."""
         return self.blobs.setdefault(zlib.compress(array.tobytes(), 6), len(self.blobs))
 
-    def json(self) -> str:
-        """For a script element, which ends at the first ``</script``, quoted or not."""
+    def format_json(self) -> str:
+        """Write all but the arrays for a script element, which ends at the first ``</script``, quoted or not."""
         text = json.dumps({"files": self.files, "surfaces": self.surfaces, "rows": self.rows}, allow_nan=False)
         return text.replace("<", "\\u003c")
 
-    def html(self) -> str:
-        """The arrays, one element each."""
+    def format_blobs(self) -> str:
+        """Write the arrays, one element each."""
         return "\n".join(
             f'<script type="application/octet-stream" id="blob-{number}">{base64.b64encode(data).decode()}</script>'
             for data, number in self.blobs.items()
@@ -197,7 +167,7 @@ class Packed:
 
 
 class Pair(NamedTuple):
-    """Number of a result, distances from the original to it and back, and what to say of its drawing."""
+    """Number of a result, distances from the original to it and back, and a note on its drawing."""
 
     number: int
     there: dict[str, Any]
@@ -205,162 +175,129 @@ class Pair(NamedTuple):
     note: str
 
 
-class Pairs:
+class SurfacePairs:
     """One original and its results, each different one drawn and measured once."""
 
-    def __init__(self, original: Surface, packed: Packed) -> None:
-        self.packed = packed
-        self.origin: Points = (original.points.min(axis=0) + original.points.max(axis=0)) / 2.0
-        self.original = original
-        self.drawn = drawn(original)
-        self.number = packed.surface(self.drawn, self.origin)
-        self.samples = self.drawn.samples() - self.origin
-        self.tree = _core.FaceTree(original.points - self.origin, original.faces)
-        self.noise = noise(original.points - self.origin)
-        none = packed.distances(np.zeros(len(self.samples)))
-        self.done = {self.key(original): Pair(self.number, none, none, thinning(self.drawn, original))}
+    def __init__(self, original: PlacedSurface, data: PageData) -> None:
+        self.data, self.judge = data, Judge(original)
+        shown = choose_display(original)
+        self.number = data.add_surface(shown, self.judge.origin)
+        self.note = note_thinning(shown, original)
+        self._samples = shown.place_samples() - self.judge.origin
+        none = data.add_distances(np.zeros(len(self._samples)))
+        self._done = {self._identify(original): Pair(self.number, none, none, self.note)}
 
     @staticmethod
-    def key(surface: Surface) -> bytes:
-        """Equal for equal surfaces."""
+    def _identify(surface: PlacedSurface) -> bytes:
+        """Return a key that is equal for equal surfaces."""
         return sha256(surface.points.tobytes()).digest() + sha256(surface.faces.tobytes()).digest()
 
-    def with_result(self, surface: Surface) -> Pair:
-        """The original with one result."""
-        key = self.key(surface)
-        if key not in self.done:
-            shown = drawn(surface)
-            tree = _core.FaceTree(surface.points - self.origin, surface.faces)
-            self.done[key] = Pair(
-                self.packed.surface(shown, self.origin),
-                self.packed.distances(self.clear(tree.distances(self.samples))),
-                self.packed.distances(self.clear(self.tree.distances(shown.samples() - self.origin))),
-                thinning(shown, surface),
+    def add_result(self, surface: PlacedSurface) -> Pair:
+        """Add one result."""
+        key = self._identify(surface)
+        if key not in self._done:
+            shown, origin = choose_display(surface), self.judge.origin
+            tree = _core.FaceTree(surface.points - origin, surface.faces)
+            there, back = tree.distances(self._samples), self.judge.tree.distances(shown.place_samples() - origin)
+            # Rounding alone is no distance, as in the figures.
+            there, back = (np.maximum(distances - self.judge.noise, 0.0) for distances in (there, back))
+            self._done[key] = Pair(
+                self.data.add_surface(shown, origin),
+                self.data.add_distances(there),
+                self.data.add_distances(back),
+                note_thinning(shown, surface),
             )
-        return self.done[key]
-
-    def clear(self, distances: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Distances without what rounding alone makes of none, as the figures are."""
-        return np.maximum(distances - self.noise, 0.0)
+        return self._done[key]
 
 
-def can_be_drawn(row: Row, original: Surface | None) -> bool:
-    """Whether there is something to see on both sides."""
-    surface = original if row.method == "original" else row.surface
-    return original is not None and surface is not None and min(len(original.faces), len(surface.faces)) > 0
-
-
-def thinning(shown: Drawn, surface: Surface) -> str:
-    """What to say where not all is drawn."""
+def note_thinning(shown: DisplayMesh, surface: PlacedSurface) -> str:
+    """Note how much of a surface is drawn; nothing where all of it is."""
     if not shown.thinned:
         return ""
     return f"drawn with {len(shown.faces):,} of its {len(surface.faces):,} triangles"
 
 
-def original_facts(comparison: Comparison, original: Surface, shown: Drawn) -> tuple[str, str]:
-    """The lines below the left view."""
-    own = next((row for row in comparison.rows if row.method == "original"), None)
-    parts = [f"{len(original.points):,} points", f"{len(original.faces):,} triangles"]
-    parts += closedness(own) if own else []
-    more = [f"diagonal {comparison.diagonal:.6g}", thinning(shown, original)]
-    return " · ".join(parts), " · ".join(part for part in more if part)
+def describe_original(comparison: Comparison, note: str) -> tuple[str, str]:
+    """Write the lines below the left view."""
+    own = next((row for row in comparison.rows if row.method == "original"), MethodRow("", "", ""))
+    return join_facts(*list_counts(own)), join_facts(f"diagonal {comparison.diagonal:.6g}", note)
 
 
-def result_facts(row: Row, note: str) -> tuple[str, str]:
-    """The lines below the right view."""
-    counts = (("points", row.points), ("triangles", row.triangles))
-    parts = [f"{count:,} {name}" for name, count in counts if count is not None]
-    if row.deviation is not None:
-        certified = "" if row.bound is None else f" (certified: at most {row.bound:.3g})"
-        parts.append(f"deviation {row.deviation:.3g}{certified}")
-    more = closedness(row)
-    if row.border_made:
-        more.append(f"{row.border_made:,} border edges made")
-    if row.seconds is not None:
-        more.append(f"{row.seconds:.2f} s")
-    return " · ".join(parts), " · ".join(part for part in (*more, row.note, note) if part)
+def describe_result(row: MethodRow, note: str) -> tuple[str, str]:
+    """Write the lines below the right view."""
+    figures = format_figures(row)
+    *counts, closed = list_counts(row)
+    deviation = figures["deviation"] and f"deviation {figures['deviation']}"
+    deviation += figures["bound"] and f" (certified: at most {figures['bound']})"
+    borders = f"{figures['border_made']} border edges made" if row.border_made else ""
+    return (
+        join_facts(*counts, deviation),
+        join_facts(closed, borders, figures["seconds"] and f"{figures['seconds']} s", row.note, note),
+    )
 
 
-def closedness(row: Row) -> list[str]:
-    """Whether a surface is closed, where that is known."""
-    return [] if row.watertight is None else ["watertight" if row.watertight else "open"]
+def list_counts(row: MethodRow) -> list[str]:
+    """Write points, triangles and whether the surface is closed; empty where that is not known."""
+    figures = format_figures(row)
+    counts = [figures[name] and f"{figures[name]} {name}" for name in ("points", "triangles")]
+    return [*counts, {"yes": "watertight", "no": "open"}.get(figures["watertight"], "")]
 
 
-def chart(k: int, comparison: Comparison, lines: dict[str, Line], numbers: dict[int, int]) -> str:
-    """The chart of one file; the first one's is shown at first."""
-    title = f"<figcaption>Points against tolerance, {escape(PurePath(comparison.file).name)}</figcaption>"
-    drawing = chart_svg(comparison, lines, numbers)
-    hidden = " hidden" if k else ""
-    return f'<figure class="chart sheet" data-file="{k}"{hidden}>{title}{drawing}</figure>' if drawing else ""
+def join_facts(*facts: str) -> str:
+    """Join the facts that there are."""
+    return " · ".join(filter(None, facts))
 
 
-def subtitle(comparisons: Sequence[Comparison]) -> str:
-    """How much there is on the page."""
-    tolerances = dict.fromkeys(written for each in comparisons for written in each.tolerances)
-    methods = dict.fromkeys(row.method for each in comparisons for row in each.rows if row.method)
-    counts = ((len(comparisons), "file", "s"), (len(tolerances), "tolerance", "s"), (len(methods), "method", "s"))
-    return ", ".join(f"{count} {name}{end if count != 1 else ''}" for count, name, end in counts)
+def embed_chart(k: int, comparison: Comparison, lines: dict[str, LineStyle], numbers: dict[int, int]) -> str:
+    """Draw the chart of one file, whose marks choose rows; only the first file's is visible at first."""
+    if not list_drawable(comparison):
+        return ""
+    drawing = draw_chart([comparison], lines, numbers=[numbers])
+    svg = format_svg(drawing, f"Points against tolerance, {comparison.file}")
+    return f'<figure class="chart panel" data-file="{k}"{" hidden" if k else ""}>{svg}</figure>'
 
 
-def table(comparisons: Sequence[Comparison], numbers: Sequence[dict[int, int]]) -> str:
-    """All rows, by file and tolerance."""
-    heads = "".join(f'<th scope="col" title="{tip}">{name}</th>' for _, name, tip in COLUMNS)
+def summarize(comparisons: Sequence[Comparison]) -> str:
+    """Count what is on the page."""
+    tolerances = {written for each in comparisons for written in each.tolerances}
+    methods = {row.method for each in comparisons for row in each.rows if row.method}
+    counts = {"file": len(comparisons), "tolerance": len(tolerances), "method": len(methods)}
+    return ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
+
+
+def format_table(comparisons: Sequence[Comparison], numbers: Sequence[dict[int, int]]) -> str:
+    """Write all rows as HTML, by file and tolerance."""
+    heads = "".join(f'<th scope="col" title="{tip}">{name}</th>' for name, tip in COLUMNS.values())
     parts = [f"<table><thead><tr>{heads}</tr></thead>"]
-    first = first_shown(comparisons, numbers)
     for comparison, known in zip(comparisons, numbers, strict=True):
         base = next((row.points for row in comparison.rows if row.method == "original"), None)
-        before = None
-        for k, row in enumerate(comparison.rows):
-            if row.tolerance != before:
-                parts += ["</tbody>" if before is not None else "", "<tbody>", heading(comparison, row.tolerance)]
-                before = row.tolerance
-            parts.append(table_row(row, base, known.get(k), first))
-        parts.append("</tbody>" if before is not None else "")
-    return "\n".join([*filter(None, parts), "</table>"])
+        for tolerance in dict.fromkeys(row.tolerance for row in comparison.rows):
+            parts.append(f"<tbody>{format_heading(comparison, tolerance)}")
+            rows = [(k, row) for k, row in enumerate(comparison.rows) if row.tolerance == tolerance]
+            parts += [format_row(row, base, known.get(k)) for k, row in rows]
+            parts.append("</tbody>")
+    return "\n".join([*parts, "</table>"])
 
 
-def first_shown(comparisons: Sequence[Comparison], numbers: Sequence[dict[int, int]]) -> int:
-    """Number of the row that is shown at first: what bldsimp made, where there is that."""
-    shown = [
-        (row.method != "improved", known[k])
-        for each, known in zip(comparisons, numbers, strict=True)
-        for k, row in enumerate(each.rows)
-        if k in known
-    ]
-    return min(shown, default=(True, -1))[1]
-
-
-def heading(comparison: Comparison, tolerance: str) -> str:
-    """The line above the rows of one file and tolerance."""
+def format_heading(comparison: Comparison, tolerance: str) -> str:
+    """Write the line above the rows of one file and tolerance."""
     value = comparison.tolerances.get(tolerance)
     text = "" if value is None else f" <span>tolerance {escape(tolerance)} = {value:.3g} model units</span>"
     return f'<tr><th scope="rowgroup" colspan="{len(COLUMNS)}">{escape(comparison.file)}{text}</th></tr>'
 
 
-def table_row(row: Row, base: int | None, number: int | None, first: int) -> str:
-    """One row; with a number it can be chosen."""
-    values = [cell(row, base, key) for key, _, _ in COLUMNS[1:]]
+def format_row(row: MethodRow, base: int | None, number: int | None) -> str:
+    """Write one row; with a number it can be chosen, and the first of `improved` is at first."""
+    figures = format_figures(row)
+    figures["share"] = f"{100.0 * row.points / base:.1f} %" if row.points is not None and base else ""
+    if row.border_made:
+        # Worse than the original.
+        figures["border_made"] = f'<span class="bad">{figures["border_made"]}</span>'
     name = f'<span class="plain">{escape(row.method)}</span>'
-    note = f'<div class="note">{escape(row.note)}</div>' if row.note else ""
     chosen = ""
     if number is not None:
         name = f'<label><input type="radio" name="row">{escape(row.method)}</label>'
-        chosen = f' data-row="{number}"' + (" data-first" if number == first else "")
-    cells = "".join(f"<td>{value}</td>" for value in values)
+        chosen = f' data-row="{number}"' + " data-first" * (row.method == "improved")
+    note = f'<div class="note">{escape(row.note)}</div>' if row.note else ""
+    cells = "".join(f"<td>{figures[key]}</td>" for key in COLUMNS if key != "method")
     return f"<tr{chosen}><td>{name}{note}</td>{cells}</tr>"
-
-
-def cell(row: Row, base: int | None, key: str) -> str:
-    """One figure; what is worse than in the original is marked."""
-    if key == "share":
-        return f"{100.0 * row.points / base:.1f} %" if row.points is not None and base else ""
-    value = getattr(row, key)
-    if value is None:
-        return ""
-    if key == "watertight":
-        return "yes" if value else "no"
-    if key == "border_made":
-        return f'<span class="bad">{value:,}</span>' if value else "0"
-    if key == "seconds":
-        return f"{value:.2f}"
-    return f"{value:,}" if key in ("points", "triangles") else f"{value:.3g}"

@@ -1,4 +1,4 @@
-"""Other tools, where they are installed: each takes a target and gives a mesh, as a decimator does."""
+"""Call other tools where they are installed: each takes a target and returns a mesh, as a decimator does."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 
 from ..model import Faces, Points
-from .decimate import Arrays, Refused
+from .decimate import Arrays, RefusalError
 
 FINEST = 10**9
-"""A tool that takes a length instead of a number of triangles gets the diagonal by the target, up to this."""
+"""A tool that takes a length, not a number of triangles, gets the diagonal divided by the target, up to this."""
 
 
 @dataclass(frozen=True)
 class Peer:
-    """A tool that is installed.
+    """A tool that may be installed.
 
     Attributes
     ----------
     name : str
-        Of its module, and in the table.
+        Of its module, also in the table.
     run : callable
         Takes the module, points, faces, and the target.
     most : int or None
@@ -36,77 +36,77 @@ class Peer:
     most: int | None = None
 
     def decimate(self, points: Points, faces: Faces, target: int) -> Arrays:
-        """Points and faces that are left.
+        """Return the remaining points and faces.
 
         Raises
         ------
-        Refused
-            With what the tool says.
+        RefusalError
+            With the message of the tool.
         """
         try:
             return self.run(importlib.import_module(self.name), points, faces, target)
         except ImportError as error:
-            raise Refused(f"it cannot be loaded: {error}") from error
+            raise RefusalError(f"it cannot be loaded: {error}") from error
         except (RuntimeError, ValueError) as error:
-            raise Refused(str(error)) from error
+            raise RefusalError(str(error)) from error
 
 
-def installed_peers() -> list[Peer]:
-    """The tools that are there, in the order of the table; none is loaded yet."""
+def find_peers() -> list[Peer]:
+    """Find the tools that are installed, in the order of the table, without loading any."""
     return [peer for peer in PEERS if importlib.util.find_spec(peer.name) is not None]
 
 
-def _manifold3d(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
-    """Manifold's own simplification, within a length."""
+def _run_manifold3d(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
+    """Simplify within a length."""
     solid = module.Manifold(module.Mesh64(points, faces.astype(np.uint64)))
     if solid.status() != module.Error.NoError:
-        raise Refused(f"{solid.status().name}: it wants a closed manifold")
+        raise RefusalError(f"{solid.status().name}: it needs a closed manifold")
     length = float(np.linalg.norm(np.ptp(points, axis=0))) / target
     mesh = solid.simplify(length).to_mesh64()
     return np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts)
 
 
-def _meshoptimizer(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
-    """Quadric edge collapse onto points that are there, within a length; it works in single precision."""
+def _run_meshoptimizer(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
+    """Collapse edges by quadrics onto existing points, within a length, in single precision."""
     corners = np.ascontiguousarray(faces.reshape(-1), np.uint32)
     stored = np.ascontiguousarray(points, np.float32)
-    left = np.zeros_like(corners)
+    kept = np.zeros_like(corners)
     length = float(np.linalg.norm(np.ptp(points, axis=0))) / target
     count = module.simplify(
-        left, corners, stored, target_index_count=0, target_error=length, options=module.SIMPLIFY_ERROR_ABSOLUTE
+        kept, corners, stored, target_index_count=0, target_error=length, options=module.SIMPLIFY_ERROR_ABSOLUTE
     )
-    return points, left[:count].reshape(-1, 3)
+    return points, kept[:count].reshape(-1, 3)
 
 
-def _open3d(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
-    """Quadric decimation."""
+def _run_open3d(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
+    """Decimate by quadrics."""
     mesh = module.geometry.TriangleMesh(module.utility.Vector3dVector(points), module.utility.Vector3iVector(faces))
-    left = mesh.simplify_quadric_decimation(target)
-    return np.asarray(left.vertices), np.asarray(left.triangles)
+    made = mesh.simplify_quadric_decimation(target)
+    return np.asarray(made.vertices), np.asarray(made.triangles)
 
 
-def _pymeshlab(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
-    """Quadric edge collapse that knows of flat places."""
+def _run_pymeshlab(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
+    """Collapse edges by quadrics, with its option for planar places."""
     meshes = module.MeshSet(verbose=False)
     meshes.add_mesh(module.Mesh(points, faces))
     meshes.apply_filter("meshing_decimation_quadric_edge_collapse", targetfacenum=target, planarquadric=True)
-    left = meshes.current_mesh()
-    return left.vertex_matrix(), left.face_matrix()
+    made = meshes.current_mesh()
+    return made.vertex_matrix(), made.face_matrix()
 
 
-def _pyfqmr(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
-    """Fast quadric mesh reduction."""
+def _run_pyfqmr(module: Any, points: Points, faces: Faces, target: int) -> Arrays:
+    """Reduce by fast quadrics."""
     tool = module.Simplify()
     tool.setMesh(points, faces)
     tool.simplify_mesh(target_count=target, verbose=False)
-    left, cells, _ = tool.getMesh()
-    return left, cells
+    made, cells, _ = tool.getMesh()
+    return made, cells
 
 
 PEERS = (
-    Peer("manifold3d", _manifold3d, FINEST),
-    Peer("meshoptimizer", _meshoptimizer, FINEST),
-    Peer("open3d", _open3d),
-    Peer("pymeshlab", _pymeshlab),
-    Peer("pyfqmr", _pyfqmr),
+    Peer("manifold3d", _run_manifold3d, FINEST),
+    Peer("meshoptimizer", _run_meshoptimizer, FINEST),
+    Peer("open3d", _run_open3d),
+    Peer("pymeshlab", _run_pymeshlab),
+    Peer("pyfqmr", _run_pyfqmr),
 )

@@ -1,88 +1,106 @@
-"""Points against tolerance, a panel per building and a line per method; needs the extra ``plots``.
+"""Draw points against tolerance: a panel per building, a line per method.
 
-Lines differ in marker and dashes as well as in colour (the palette of Okabe and Ito, which the
-colour-blind can tell apart), so that they can be read in grey print too.
+Lines differ in mark and dashes as well as in color (the palette of Okabe and Ito, which
+color-blind people can tell apart), so gray prints can be read too.
 """
 
 from __future__ import annotations
 
-import io
 import math
 import re
 import textwrap
-import warnings
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from pathlib import Path as FilePath
 
-from ..errors import UsageError
 from ..display import sanitize_line
-from .comparison import SAME_POINTS
-from .row import Comparison, Row
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from ..errors import UsageError
+from .drawing import Drawing, Group, Path, Shape, Text, check_png, format_svg, measure_words, render_png
+from .rows import SAME_POINTS, Comparison, MethodRow
 
 SUFFIXES = (".svg", ".png")
-"""What a chart can be written as."""
+"""Formats of a chart."""
 
 LOG_RATIO = 5.0
 """Counts that differ by more than this factor are drawn on a log scale, else from 0."""
 
+MOST_TICKS = 6
+"""Level lines of a scale from 0."""
+
 COLUMNS_AT_MOST = 3
-PANEL = (4.6, 3.6)
-"""Width and height of a panel, inches."""
+PANEL_WIDTH, PANEL_HEIGHT = 420.0, 330.0
+LEFT, RIGHT, TOP, BOTTOM = 58.0, 16.0, 46.0, 62.0
+"""Margins of a panel, around its curves."""
 
-TITLE_LETTERS = 34
-"""A panel has room for so many; of a longer name the middle is left out."""
+TITLE_LETTERS = 42
+"""Greatest length of a title; a longer name loses its middle."""
 
-DOTS_PER_INCH = 200
+LONE = 8.0
+"""Half the length of a line without marks at a single tolerance."""
+
+INK, GRID, RULE = "#1d2733", "#e6eaee", "#9aa5b1"
+
+Outline = tuple[tuple[float, float], ...]
+Spot = tuple[float, float, int]
+"""Place in a panel, and index of the row."""
+
+
+def outline(corners: int, turn: float = 0.0, radii: tuple[float, ...] = (5.5,)) -> Outline:
+    """Return a regular polygon, turned by degrees; with two radii, every second corner is nearer to the middle."""
+    angles = [math.radians(turn - 90.0 + 360.0 * k / corners) for k in range(corners)]
+    radius = [radii[k % len(radii)] for k in range(corners)]
+    return tuple((r * math.cos(angle), r * math.sin(angle)) for r, angle in zip(radius, angles, strict=True))
 
 
 @dataclass(frozen=True)
-class Line:
-    """How a method is drawn."""
+class LineStyle:
+    """How a method is drawn; dashes are in units of the width."""
 
-    colour: str
-    marker: str
-    dashes: Any
-    width: float = 1.4
-    above: int = 2
+    color: str
+    mark: Outline
+    dashes: tuple[float, ...]
+    width: float = 1.6
+    filled: bool = False
+    """Other marks are open: they show what lies below them, where methods agree."""
 
 
 LINES = {
-    "original": Line("#666666", "", (0, (1, 1.5))),
-    "standard": Line("#D55E00", "s", (0, (5, 2))),
-    "improved": Line("#0072B2", "o", "solid", 2.2, 5),
-    "fast-simplification": Line("#009E73", "^", (0, (4, 1.5, 1, 1.5))),
-    "fast-simplification border": Line("#CC79A7", "v", (0, (1.5, 1.2))),
-    "fast-simplification lossless": Line("#E69F00", "D", (0, (7, 1.5, 1, 1.5, 1, 1.5))),
+    "original": LineStyle("#666666", (), (1, 1.5)),
+    "standard": LineStyle("#D55E00", outline(4, 45, (6,)), (5, 2)),
+    "improved": LineStyle("#0072B2", outline(24, radii=(4.2,)), (), 2.4, filled=True),
+    "fast-simplification": LineStyle("#009E73", outline(3), (4, 1.5, 1, 1.5)),
+    "fast-simplification border": LineStyle("#CC79A7", outline(3, 180), (1.5, 1.2)),
+    "fast-simplification lossless": LineStyle("#E69F00", outline(4), (7, 1.5, 1, 1.5, 1, 1.5)),
 }
 OTHERS = (
-    Line("#56B4E9", "P", (0, (3, 1))),
-    Line("#000000", "X", (0, (2, 2))),
-    Line("#56B4E9", "<", (0, (6, 3))),
-    Line("#000000", "*", (0, (1, 2))),
+    LineStyle("#56B4E9", outline(8, 0, (6, 2)), (3, 1)),
+    LineStyle("#000000", outline(8, 45, (6, 2)), (2, 2)),
+    LineStyle("#56B4E9", outline(3, 270), (6, 3)),
+    LineStyle("#000000", outline(10, 0, (6, 2.5)), (1, 2)),
 )
 """For peers, in the order in which they occur."""
 
-RC: Any = {
-    # Without a salt of its own, each SVG would name its parts anew.
-    "svg.hashsalt": "bldsimp",
-    "svg.fonttype": "path",
-    "font.size": 9.0,
-    "axes.titlesize": 10.0,
-    "legend.fontsize": 8.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-}
+
+@dataclass(frozen=True)
+class Axis:
+    """Maps numbers to places; on a log scale if `log`."""
+
+    low: float
+    high: float
+    start: float
+    end: float
+    log: bool
+
+    def __call__(self, value: float) -> float:
+        """Return the place of a number."""
+        low, high, value = (math.log10(v) if self.log else v for v in (self.low, self.high, value))
+        share = (value - low) / (high - low) if high > low else 0.5
+        return round(self.start + share * (self.end - self.start), 1)
 
 
-def write_plot(comparisons: Sequence[Comparison], suffix: str) -> bytes:
-    """Draw how many points each method keeps at each tolerance.
+def draw_plot(comparisons: Sequence[Comparison], suffix: str) -> bytes:
+    """Draw the number of points that each method keeps at each tolerance.
 
     Parameters
     ----------
@@ -94,32 +112,27 @@ def write_plot(comparisons: Sequence[Comparison], suffix: str) -> bytes:
     Returns
     -------
     bytes
-        The file; the same rows give the same bytes, whatever the user's own matplotlib settings are.
+        The file; the same rows give the same bytes.
 
     Raises
     ------
     UsageError
-        If the suffix is another one, or matplotlib is not installed.
+        If the suffix is another one, or PNG is wanted and matplotlib is not installed.
 
     Notes
     -----
-    Tolerances are drawn in percent of the diagonal on a log scale, so that models of any size compare;
-    what was not given in percent (``auto``, lengths, 0) is named where it lies. Rows without a
-    count are left out of their line and named below the panels.
+    Tolerances are drawn in percent of the diagonal on a log scale, so that models of any size compare. Rows
+    without a count are left out of their line and named below the panels.
     """
     check_plot(suffix)
-    import matplotlib
-
-    with matplotlib.rc_context(), warnings.catch_warnings():
-        # A name in a script that the font lacks shows as boxes, which need no words.
-        warnings.filterwarnings("ignore", r"Glyph \d+")
-        matplotlib.rcdefaults()
-        matplotlib.rcParams.update(RC)
-        return saved(chart(comparisons), suffix.lower().removeprefix("."))
+    drawing = draw_chart(comparisons, list_lines(comparisons), write_remarks(comparisons))
+    if suffix.lower() == ".png":
+        return render_png(drawing)
+    return (format_svg(drawing, "Points against tolerance") + "\n").encode()
 
 
 def check_plot(suffix: str) -> None:
-    """Raise what `write_plot` would raise before there are any rows.
+    """Raise now, before there are any rows, what `draw_plot` would raise later.
 
     Raises
     ------
@@ -127,74 +140,205 @@ def check_plot(suffix: str) -> None:
     """
     if suffix.lower() not in SUFFIXES:
         raise UsageError(f"a chart cannot be written as '{suffix}': use {' or '.join(SUFFIXES)}")
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError as error:
-        raise UsageError("charts need matplotlib: pip install matplotlib") from error
+    if suffix.lower() == ".png":
+        check_png()
 
 
-def saved(figure: Figure, kind: str) -> bytes:
-    """The figure as a file, without the date and the versions that matplotlib would put in."""
-    unnamed = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
-    stream = io.BytesIO()
-    figure.savefig(stream, format=kind, dpi=DOTS_PER_INCH, metadata=unnamed[kind])
-    return stream.getvalue()
+def draw_chart(
+    comparisons: Sequence[Comparison],
+    lines: Mapping[str, LineStyle],
+    remarks: Sequence[str] = (),
+    numbers: Sequence[Mapping[int, int]] | None = None,
+) -> Drawing:
+    """Draw a panel for each comparison, with one legend and remarks below them.
 
-
-def chart(comparisons: Sequence[Comparison]) -> Figure:
-    """All panels, with one legend and the list of what is not drawn below them."""
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    lines = lines_of(comparisons)
+    Parameters
+    ----------
+    comparisons : sequence of Comparison
+    lines : mapping of str to LineStyle
+        How methods are drawn; those without a point here are left out of the legend.
+    remarks : sequence of str
+    numbers : sequence of mapping of int to int, optional
+        For each comparison the number on a page of each of its rows that can be chosen, by the row's index.
+    """
     columns = min(max(len(comparisons), 1), COLUMNS_AT_MOST)
-    rows = max(-(-len(comparisons) // columns), 1)
-    width = round(columns * PANEL[0] * 14)
-    words = "\n".join(textwrap.fill(verbatim(text), width) for text in remarks(comparisons))
-    legend_columns = min(len(lines), 1 + columns)
-    legend_rows = -(-len(lines) // legend_columns) if lines else 0
-    below = 0.25 + 0.19 * legend_rows + 0.13 * len(words.splitlines())
-    height = rows * PANEL[1] + below
-    layout = ConstrainedLayoutEngine(rect=(0.0, below / height, 1.0, 1.0 - below / height))
-    figure = Figure(figsize=(columns * PANEL[0], height), layout=layout)
-    handles, names = {}, names_of(comparisons)
+    width, height = columns * PANEL_WIDTH, PANEL_HEIGHT * max(-(-len(comparisons) // columns), 1)
+    names = name_files(comparisons)
+    shapes: list[Shape] = []
     for k, comparison in enumerate(comparisons):
-        axes = figure.add_subplot(rows, columns, k + 1)
-        axes.set_title(verbatim(shortened(names[comparison.file])), loc="left", weight="bold")
-        handles.update(draw(axes, comparison, lines))
-    if handles:
-        ordered = [name for name in lines if name in handles]
-        figure.legend(
-            [handles[name] for name in ordered],
-            ordered,
-            loc="upper center",
-            bbox_to_anchor=(0.5, below / height),
-            ncols=legend_columns,
-            frameon=False,
-            handlelength=4.0,
+        row, column = divmod(k, columns)
+        panel = draw_panel(comparison, lines, names[comparison.file], numbers[k] if numbers else {})
+        shapes.append(Group(column * PANEL_WIDTH, row * PANEL_HEIGHT, panel))
+    drawn = {row.method for each in comparisons for row in list_drawable(each).values()}
+    x, y = 0.0, height + 12.0
+    for method in (method for method in lines if method in drawn):
+        room = 62.0 + measure_words(method, 12.0)
+        if x and x + room > width:
+            x, y = 0.0, y + 20.0
+        shapes.append(Group(16.0 + x, y, draw_entry(method, lines[method])))
+        x += room
+    y += 22.0
+    letters = int(width / measure_words(" ", 10.0)) - 4
+    for line in (line for text in remarks for line in textwrap.wrap(sanitize_line(text), letters)):
+        shapes.append(Text(12.0, y, line, 10.0))
+        y += 13.0
+    return Drawing(width, y, shapes)
+
+
+def draw_entry(method: str, line: LineStyle) -> list[Shape]:
+    """Draw the entry of a method in the legend."""
+    return [
+        Path(((0.0, -4.0), (34.0, -4.0)), line.color, line.width, line.dashes),
+        Group(17.0, -4.0, draw_mark(line)),
+        Text(40.0, 0.0, method),
+    ]
+
+
+def draw_mark(line: LineStyle) -> list[Shape]:
+    """Draw the mark of a line about its place; nothing where it has none."""
+    return [Path(line.mark, line.color, 1.4, (), line.color if line.filled else "#fff")] if line.mark else []
+
+
+def draw_panel(
+    comparison: Comparison, lines: Mapping[str, LineStyle], title: str, numbers: Mapping[int, int]
+) -> list[Shape]:
+    """Draw the curves of one comparison, or the reason why there are none."""
+    half = TITLE_LETTERS // 2
+    short = title if len(title) <= TITLE_LETTERS else f"{title[: half - 1]}…{title[-half:]}"
+    shapes: list[Shape] = [Text(12.0, 20.0, short, 13.0, INK, weight="bold")]
+    rows = list_drawable(comparison)
+    if not rows:
+        reasons = "; ".join(dict.fromkeys(row.note for row in comparison.rows if row.note)) or "no figures"
+        for k, text in enumerate(textwrap.wrap(sanitize_line(reasons), 48)):
+            shapes.append(Text(PANEL_WIDTH / 2, PANEL_HEIGHT / 2 + 16.0 * k, text, anchor="middle"))
+        return shapes
+    place = place_tolerances(comparison)
+    x = Axis(min(place.values()), max(place.values()), LEFT + 14.0, PANEL_WIDTH - RIGHT - 14.0, True)
+    y = choose_count_axis([row.points or 0 for row in rows.values()])
+    shapes += [*draw_levels(y), *draw_tolerances(x, place, comparison)]
+    curves: list[Shape] = []
+    # The filled line is the last, above all others.
+    for method, line in sorted(lines.items(), key=lambda item: item[1].filled):
+        own = sorted((place[row.tolerance], k) for k, row in rows.items() if row.method == method)
+        spots = [(x(at), y(rows[k].points or 0), k) for at, k in own]
+        curves += draw_curve(spots, line, rows, numbers)
+        if line.filled:
+            shapes += write_counts(spots, line, rows)
+    return shapes + curves
+
+
+def list_drawable(comparison: Comparison) -> dict[int, MethodRow]:
+    """Return the rows that have their place in a panel, by index."""
+    known = comparison.tolerances
+    return {k: row for k, row in enumerate(comparison.rows) if is_drawable(row) and row.tolerance in known}
+
+
+def place_tolerances(comparison: Comparison) -> dict[str, float]:
+    """Return each tolerance in percent of the diagonal; 0 a decade below the least other one."""
+    whole = comparison.diagonal or 100.0
+    percent = {written: 100.0 * (value / whole) for written, value in comparison.tolerances.items()}
+    least = min((value for value in percent.values() if value > 0.0), default=1.0)
+    return {written: value or least / 10.0 for written, value in percent.items()}
+
+
+def choose_count_axis(counts: Sequence[int]) -> Axis:
+    """Choose a log scale where counts differ by much, else one from 0."""
+    log = max(counts) > LOG_RATIO * min(counts)
+    low, high = (min(counts) / 1.9, max(counts) * 1.2) if log else (0.0, max(counts) * 1.1)
+    return Axis(low, high, PANEL_HEIGHT - BOTTOM, TOP, log)
+
+
+def choose_ticks(axis: Axis) -> Sequence[float]:
+    """Choose round numbers within an axis of counts: 1, 2, 5 times powers of ten, or even steps from 0."""
+    if axis.log:
+        lowest, highest = math.floor(math.log10(axis.low)), math.ceil(math.log10(axis.high))
+        found = [m * 10.0**e for e in range(lowest, highest + 1) for m in (1, 2, 5)]
+        return [value for value in found if axis.low <= value <= axis.high]
+    step = 10.0 ** math.floor(math.log10(axis.high))
+    step *= next(part for part in (0.1, 0.2, 0.5, 1.0, 2.0) if axis.high / (part * step) <= MOST_TICKS)
+    return [k * step for k in range(int(axis.high / step) + 1)]
+
+
+def draw_levels(y: Axis) -> Iterator[Shape]:
+    """Draw level lines with their counts."""
+    yield Text(12.0, TOP - 6.0, "points")
+    for value in choose_ticks(y):
+        yield Path(((LEFT, y(value)), (PANEL_WIDTH - RIGHT, y(value))), GRID)
+        # The word above stands where the highest count might be.
+        if y(value) > TOP + 8.0:
+            yield Text(LEFT - 6.0, y(value) + 4.0, f"{value:,.0f}", anchor="end")
+
+
+def draw_tolerances(x: Axis, place: Mapping[str, float], comparison: Comparison) -> Iterator[Shape]:
+    """Draw the lower axis: each tolerance where it lies, as the user wrote it, and in percent."""
+    low = PANEL_HEIGHT - BOTTOM
+    yield Path(((LEFT, low), (PANEL_WIDTH - RIGHT, low)), RULE)
+    ends = [-math.inf, -math.inf]
+    for written, at in sorted(place.items(), key=lambda item: item[1]):
+        words = written.strip()
+        if not words.endswith("%") and comparison.tolerances[written] > 0.0:
+            words += f" = {at:.2g}%"
+        # Words that would touch the ones before stand in the second row.
+        half = measure_words(words, 12.0) / 2
+        middle = min(x(at), PANEL_WIDTH - 4.0 - half)
+        row = 0 if middle - half >= ends[0] else 1
+        ends[row] = middle + half + measure_words(" ", 12.0)
+        yield Path(((x(at), low), (x(at), low + 5.0)), RULE)
+        yield Text(middle, low + 18.0 + 14.0 * row, words, anchor="middle")
+    words = f"tolerance, log scale; diagonal {comparison.diagonal:.6g} model units"
+    yield Text(PANEL_WIDTH - RIGHT, PANEL_HEIGHT - 12.0, words, anchor="end")
+
+
+def draw_curve(
+    spots: Sequence[Spot], line: LineStyle, rows: Mapping[int, MethodRow], numbers: Mapping[int, int]
+) -> Iterator[Shape]:
+    """Draw one line through its places, with a mark at each."""
+    track = [spot[:2] for spot in spots]
+    if len(track) == 1 and not line.mark:
+        # Neither a line nor a mark would be seen.
+        ((x, y),) = track
+        track = [(x - LONE, y), (x + LONE, y)]
+    if len(track) > 1:
+        yield Path(track, line.color, line.width, line.dashes)
+    for x, y, k in spots:
+        title = f"{rows[k].method} at {rows[k].tolerance}: {rows[k].points:,} points"
+        yield Group(x, y, draw_mark(line), title, numbers.get(k))
+
+
+def write_counts(spots: Sequence[Spot], line: LineStyle, rows: Mapping[int, MethodRow]) -> Iterator[Shape]:
+    """Write counts below the places of a line; to the right of those that it rises to."""
+    before = math.inf
+    for x, y, k in spots:
+        rises = y < before < math.inf
+        yield Text(
+            x + 5.0 * rises,
+            y + 18.0,
+            f"{rows[k].points:,}",
+            10.0,
+            line.color,
+            "start" if rises else "middle",
+            halo=True,
         )
-    if words:
-        figure.text(0.015, 0.05 / height, words, fontsize=7.5, color="#444444", va="bottom")
-    return figure
+        before = y
 
 
-def lines_of(comparisons: Sequence[Comparison]) -> dict[str, Line]:
-    """How each method with a count is drawn, in the order in which methods occur."""
-    methods = dict.fromkeys(row.method for each in comparisons for row in each.rows if drawable(row))
+def list_lines(comparisons: Sequence[Comparison]) -> dict[str, LineStyle]:
+    """Choose the line of each method that has a count, in the order in which methods occur."""
+    methods = dict.fromkeys(row.method for each in comparisons for row in each.rows if is_drawable(row))
     peers = [method for method in methods if method not in LINES]
     others = {method: OTHERS[k % len(OTHERS)] for k, method in enumerate(peers)}
     return {method: LINES.get(method) or others[method] for method in methods}
 
 
-def drawable(row: Row) -> bool:
-    """Whether a row has its place in the chart; as many points as `improved` would tell nothing."""
+def is_drawable(row: MethodRow) -> bool:
+    """Return whether a row has its place in the chart; as many points as `improved` would say nothing."""
     return row.points is not None and row.points > 0 and row.method != SAME_POINTS
 
 
-def remarks(comparisons: Sequence[Comparison]) -> list[str]:
-    """What a reader must know: what lines mean, which points are lacking and why, what is not to scale."""
-    lines = [f"{note}: {', '.join(methods)}" for note, methods in meanings(comparisons).items()]
-    for place, methods in lacking(comparisons).items():
+def write_remarks(comparisons: Sequence[Comparison]) -> list[str]:
+    """Write what a reader must know: what lines mean, which points are missing and why, what is not to scale."""
+    lines = [f"{note}: {', '.join(methods)}" for note, methods in find_shared_notes(comparisons).items()]
+    for place, methods in find_missing(comparisons).items():
         lines.append(f"not drawn: {', '.join(methods)}; {place}")
     if any(row.method == SAME_POINTS for each in comparisons for row in each.rows):
         lines.append(f"not drawn: {SAME_POINTS} (as many points as improved, by its definition)")
@@ -203,12 +347,12 @@ def remarks(comparisons: Sequence[Comparison]) -> list[str]:
     return lines
 
 
-def meanings(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
-    """Notes that all drawn points of a method share, and the methods."""
+def find_shared_notes(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
+    """Find the notes that all drawn points of a method share, and the methods."""
     notes: dict[str, set[str]] = {}
     for each in comparisons:
-        for row in filter(drawable, each.rows):
-            notes.setdefault(row.method, set()).add(gist(row.note))
+        for row in filter(is_drawable, each.rows):
+            notes.setdefault(row.method, set()).add(strip_figures(row.note))
     shared: dict[str, list[str]] = {}
     for method, own in notes.items():
         if len(own) == 1 and own != {""}:
@@ -216,14 +360,14 @@ def meanings(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
     return shared
 
 
-def lacking(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
-    """Where and why points are lacking, in words, and of which methods."""
-    names = names_of(comparisons)
+def find_missing(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
+    """Find where and why points are missing, in words, and of which methods."""
+    names = name_files(comparisons)
     found: dict[tuple[str, str], dict[str, list[str]]] = {}
     for each in comparisons:
         for row in each.rows:
-            if each.original is not None and not drawable(row) and row.method != SAME_POINTS:
-                files = found.setdefault((row.method, gist(row.note)), {})
+            if each.original is not None and not is_drawable(row) and row.method != SAME_POINTS:
+                files = found.setdefault((row.method, strip_figures(row.note)), {})
                 files.setdefault(names[each.file], []).append(row.tolerance)
     methods: dict[str, list[str]] = {}
     for (method, note), files in found.items():
@@ -232,148 +376,13 @@ def lacking(comparisons: Sequence[Comparison]) -> dict[str, list[str]]:
     return methods
 
 
-def names_of(comparisons: Sequence[Comparison]) -> dict[str, str]:
-    """What each file is called: its name alone where no other file has the same one."""
-    names = {each.file: Path(each.file).name for each in comparisons}
+def name_files(comparisons: Sequence[Comparison]) -> dict[str, str]:
+    """Name each file: by its last part alone where no other file has the same one."""
+    names = {each.file: FilePath(each.file).name for each in comparisons}
     taken = Counter(names.values())
     return {file: name if taken[name] == 1 else file for file, name in names.items()}
 
 
-def shortened(name: str) -> str:
-    """A name that a panel has room for."""
-    half = TITLE_LETTERS // 2
-    return name if len(name) <= TITLE_LETTERS else f"{name[: half - 1]}…{name[-half:]}"
-
-
-def verbatim(text: str) -> str:
-    """Words of unknown origin as matplotlib shows them as they are: no formulas, no control characters."""
-    return sanitize_line(text).replace("$", r"\$")
-
-
-def gist(note: str) -> str:
-    """A note without its figures, which stand in brackets at its end and differ from row to row."""
+def strip_figures(note: str) -> str:
+    """Drop the figures of a note, which stand in brackets at its end and differ from row to row."""
     return re.sub(r"\s*\([^()]*\)$", "", note)
-
-
-def draw(axes: Axes, comparison: Comparison, lines: dict[str, Line]) -> dict[str, Any]:
-    """One panel; returns what the legend shows of each method."""
-    rows = [row for row in comparison.rows if drawable(row)]
-    if not rows:
-        say_why(axes, comparison)
-        return {}
-    position = positions(comparison)
-    handles = {}
-    for method, line in lines.items():
-        own = sorted((position[row.tolerance], row.points) for row in rows if row.method == method)
-        if not own:
-            continue
-        x, y = zip(*own, strict=True)
-        (handles[method],) = axes.plot(
-            x,
-            y,
-            color=line.colour,
-            linestyle=line.dashes,
-            linewidth=line.width,
-            # A line of one point would not be seen without one.
-            marker=line.marker or ("_" if len(x) == 1 else ""),
-            markersize=5.5,
-            # Open markers show what lies below them, where methods agree.
-            markerfacecolor=line.colour if method == "improved" else "none",
-            zorder=line.above,
-        )
-        if method == "improved":
-            tell(axes, x, y)
-    axes.set_xscale("log")
-    axes.margins(x=0.08)
-    axes.set_xlabel(f"tolerance, % of the diagonal ({comparison.diagonal:.6g} model units)")
-    axes.xaxis.set_major_formatter(percent_text)
-    axes.set_ylabel("points")
-    scale_counts(axes, [row.points for row in rows if row.points is not None])
-    name_places(axes, comparison)
-    axes.grid(True, which="major", color="#dddddd", linewidth=0.6)
-    axes.set_axisbelow(True)
-    return handles
-
-
-def positions(comparison: Comparison) -> dict[str, float]:
-    """Where each tolerance stands, percent of the diagonal; 0 a decade below the least other one."""
-    whole = comparison.diagonal or 100.0
-    percent = {written: 100.0 * (value / whole) for written, value in comparison.tolerances.items()}
-    least = min((value for value in percent.values() if value > 0.0), default=1.0)
-    return {written: value or least / 10.0 for written, value in percent.items()}
-
-
-def scale_counts(axes: Axes, counts: list[int]) -> None:
-    """A log scale where counts differ by much, else one from 0."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    if max(counts) > LOG_RATIO * min(counts):
-        axes.set_yscale("log")
-        # Room for a number below the lowest point and a name above the highest.
-        axes.set_ylim(min(counts) / 1.6, max(counts) * 1.6)
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.yaxis.set_minor_formatter(NullFormatter())
-    else:
-        axes.set_ylim(0.0, max(counts) * 1.15)
-    axes.yaxis.set_major_formatter(count_text)
-
-
-def name_places(axes: Axes, comparison: Comparison) -> None:
-    """Mark tolerances that were not written as a percentage, as they were written."""
-    for written, place in positions(comparison).items():
-        value = comparison.tolerances[written]
-        if written.strip().endswith("%") and value > 0.0:
-            continue
-        axes.axvline(place, color="#888888", linewidth=0.8, zorder=1)
-        axes.annotate(
-            written.strip(),
-            (place, 1.0),
-            xycoords=("data", "axes fraction"),
-            xytext=(3, -1),
-            textcoords="offset points",
-            va="top",
-            fontsize=8,
-            color="#333333",
-        )
-
-
-def tell(axes: Axes, x: Sequence[float], y: Sequence[int]) -> None:
-    """Write the counts below the points of a line; to the right of those that it comes up to."""
-    for k, (place, count) in enumerate(zip(x, y, strict=True)):
-        rises = k > 0 and count > y[k - 1]
-        axes.annotate(
-            f"{count:,}",
-            (place, count),
-            xytext=(5 if rises else 0, -6),
-            textcoords="offset points",
-            ha="left" if rises else "center",
-            va="top",
-            fontsize=7.5,
-            color=LINES["improved"].colour,
-            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.4, "alpha": 0.8},
-            # Above the names of tolerances, below every line.
-            zorder=1.5,
-        )
-
-
-def say_why(axes: Axes, comparison: Comparison) -> None:
-    """A panel without a chart: the reason, in words."""
-    reasons = dict.fromkeys(row.note for row in comparison.rows if row.note)
-    text = textwrap.fill(verbatim("; ".join(reasons)) or "no figures", 48)
-    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="#444444")
-    axes.set_axis_off()
-
-
-def count_text(value: float, _: Any = None) -> str:
-    """A count with its thousands apart."""
-    return f"{value:,.0f}"
-
-
-def percent_text(value: float, _: Any = None) -> str:
-    """A percentage without needless zeros; small ones as powers of ten."""
-    if value <= 0.0:
-        return ""
-    if value < 0.9e-4:
-        exponent = round(math.log10(value))
-        return f"$10^{{{exponent}}}$" if math.isclose(value, 10.0**exponent) else ""
-    return f"{value:g}"

@@ -1,4 +1,4 @@
-"""The article's standard Delaunay method, on the facets and thinned chains that the improved one found."""
+"""Triangulate by the article's standard Delaunay method, on the facets and thinned chains of the improved one."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .. import _core
 from ..model import Faces, Points, Scene
 from ..result import MeshResult
 from ..triangulation import Statistics
-from .surface import Surface, placed_surface
+from .placement import PlacedSurface, place_meshes
 
 
 class Conformity(IntEnum):
-    """How a facet got its triangles; all but the first have the improved method's, cut where pieces were."""
+    """How a facet got its triangles; all but the first have the improved method's, cut where pieces were cut."""
 
     DELAUNAY = 0
     KEPT = 1
@@ -26,8 +26,8 @@ class Conformity(IntEnum):
 
 
 @dataclass(frozen=True)
-class StandardResult:
-    """What the standard method made of one mesh, in the mesh's own frame.
+class StandardMesh:
+    """The result of the standard method for one mesh, in the mesh's own frame.
 
     Attributes
     ----------
@@ -46,33 +46,28 @@ class StandardResult:
     facets: Counter[Conformity]
     statistics: Statistics
 
-    @property
-    def stopped(self) -> int:
-        """Facets that were stopped, since they had more than 50 times their points."""
-        return self.facets[Conformity.STOPPED]
-
 
 @dataclass(frozen=True)
-class Standard:
-    """What the standard method made of a scene.
+class StandardSurface:
+    """The result of the standard method for a scene.
 
     Attributes
     ----------
-    surface : Surface
+    surface : PlacedSurface
     facets : Counter of Conformity
-        As in `StandardResult`, over all meshes.
+        As in `StandardMesh`, over all meshes.
     statistics : Statistics
     note : str
-        What the figures must not be read without; empty where there is nothing.
+        A caution about the figures; empty where none is needed.
     """
 
-    surface: Surface
+    surface: PlacedSurface
     facets: Counter[Conformity]
     statistics: Statistics
     note: str
 
 
-def standard_of(outcome: MeshResult) -> StandardResult:
+def triangulate_standard(result: MeshResult) -> StandardMesh:
     """Triangulate a simplified mesh once more, by the standard method.
 
     The points of each facet are triangulated without constraints. A piece of outline that is no edge
@@ -81,17 +76,17 @@ def standard_of(outcome: MeshResult) -> StandardResult:
 
     Parameters
     ----------
-    outcome : MeshResult
-        Made with its layout.
+    result : MeshResult
+        Of the improved method, made with its layout.
 
     Returns
     -------
-    StandardResult
+    StandardMesh
 
     Notes
     -----
     Edges are used as often as in the improved method's result: a facet whose new triangles would not
-    have the same rim keeps the improved method's, cut as its neighbours cut them. The same holds for facets
+    have the same rim keeps the improved method's, cut as its neighbors cut them. The same holds for facets
     that had to keep their faces, and for those that are stopped. Facets that lost no point are triangulated
     anew like all others. Depends on the coordinates alone.
 
@@ -100,41 +95,41 @@ def standard_of(outcome: MeshResult) -> StandardResult:
     "Morphological recognition optimization of 3D building simplification by Delaunay algorithm", figures
     5 and 6.
     """
-    layout = outcome.layout
+    layout = result.layout
     if layout is None:
-        raise ValueError("the outcome has no layout: simplify keep_layout")
+        raise ValueError("the result has no layout: simplify keep_layout=True")
     conformed = _core.conform(
-        outcome.points, layout.planes, layout.outlines, layout.segments,
+        result.points, layout.planes, layout.outlines, layout.segments,
         layout.triangles, layout.piece_of_triangle, layout.keep,
     )  # fmt: skip
-    return StandardResult(
-        np.concatenate([outcome.points, conformed.made]),
+    return StandardMesh(
+        np.concatenate([result.points, conformed.made]),
         conformed.triangles,
         Counter(Conformity(int(how)) for how in conformed.facets),
         Statistics(*conformed.statistics),
     )
 
 
-def standard_surface(scene: Scene, outcomes: list[MeshResult]) -> Standard:
-    """What the standard method makes of all instances of all meshes of a scene.
+def build_standard_surface(scene: Scene, results: list[MeshResult]) -> StandardSurface:
+    """Join the standard method's results for all instances of all meshes of a scene.
 
     Parameters
     ----------
     scene : Scene
-    outcomes : list of MeshResult
-        What the improved method made of each mesh, with its layout.
+    results : list of MeshResult
+        Of the improved method for each mesh, with its layout.
     """
-    results = [standard_of(outcome) for outcome in outcomes]
-    facets = sum((result.facets for result in results), Counter[Conformity]())
-    return Standard(
-        placed_surface(scene, [result.points for result in results], [result.triangles for result in results]),
+    made = [triangulate_standard(result) for result in results]
+    facets = sum((mesh.facets for mesh in made), Counter[Conformity]())
+    return StandardSurface(
+        place_meshes(scene, [mesh.points for mesh in made], [mesh.triangles for mesh in made]),
         facets,
-        sum((result.statistics for result in results), Statistics()),
-        _note(facets),
+        sum((mesh.statistics for mesh in made), Statistics()),
+        _write_note(facets),
     )
 
 
-def _note(facets: Counter[Conformity]) -> str:
+def _write_note(facets: Counter[Conformity]) -> str:
     stopped = facets[Conformity.STOPPED]
     same = sum(facets.values()) - facets[Conformity.DELAUNAY] - stopped
     notes = []

@@ -6,6 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from ..errors import InputError
+from .file_scene import FileScene
 from .gltf.decode import decode_document
 from .gltf.document import parse_gltf
 from .gltf.read import read_meshes
@@ -13,7 +14,6 @@ from .input_folder import InputFolder
 from .obj import read_obj
 from .off import read_off
 from .ply import read_ply
-from .file_scene import FileScene
 from .trimesh_reader import read_by_trimesh
 
 SUFFIXES = ("obj", "ply", "off", "glb", "gltf", "stl")

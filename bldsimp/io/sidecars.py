@@ -9,11 +9,11 @@ from urllib.parse import unquote
 
 from ..material import Material
 from ..model import Part
+from .file_scene import FileScene
 from .flat_mesh import FlatMesh
 from .gltf.document import load_image
 from .input_folder import InputFolder
 from .mtl import write_materials
-from .file_scene import FileScene
 from .textures import find_media_type
 
 _SUFFIXES = {"image/png": "png", "image/jpeg": "jpg", "image/webp": "webp", "image/ktx2": "ktx2"}

@@ -7,10 +7,10 @@ import re
 from ..material import Material
 from ..model import FACE, Attribute
 from ..options import DELIMITS, Options
+from .file_scene import FileScene
 from .flat_mesh import FlatMesh, spread_face_values
 from .gltf.document import ARRAYS, Document
 from .gltf.references import VARIANTS
-from .file_scene import FileScene
 from .stl import STL_BYTES
 
 _WORDS = {

@@ -13,6 +13,7 @@ from ..options import AUTO_DIAGONAL, Options
 from ..report import Counts
 from ..tolerance import diagonal, epsilon
 from .atomic import replace_files, write_stream
+from .file_scene import FileScene
 from .flat_mesh import FlatMesh, apply_uv_maps, flatten_result, has_same_surface, place_instance, spread_face_values
 from .gltf.build import build_document
 from .gltf.check import check_document
@@ -22,7 +23,6 @@ from .gltf.write import Placement, copy_files, embed_images, pack_document
 from .obj import make_states, write_obj
 from .off import write_off
 from .ply import PlyStyle, write_ply
-from .file_scene import FileScene
 from .sidecars import Sidecars
 from .single_precision import count_after_rounding, count_merged_points, measure_rounding
 from .stl import write_stl

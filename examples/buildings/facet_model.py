@@ -3,7 +3,7 @@
 A model is a list of facets, each an outer ring and inner rings of 3D points, counter-clockwise seen
 from outside. Nothing is ever cut out of anything: a window is a ring left open in a wall, four sides
 and a back. `Model.finish` then puts every corner into each ring whose edge it lies on, so that
-neighbours share all their points, and proves that they do.
+neighbors share all their points, and proves that they do.
 """
 
 from __future__ import annotations
@@ -20,16 +20,19 @@ Place = Sequence[float] | Vector
 Ring = list[int]
 
 ON_EDGE = 1e-7
-"""A point nearer to an edge than this lies on it; metres, far below the smallest detail of a model."""
+"""A point nearer to an edge than this lies on it; meters, far below the smallest detail of a model."""
+
+STRAIGHT = 1e-18
+"""An outline with a squared cross product of its arms below this does not turn."""
 
 
-def rectangle(left: float, bottom: float, right: float, top: float) -> list[tuple[float, float]]:
-    """Corners of an upright rectangle, counter-clockwise."""
+def make_rectangle(left: float, bottom: float, right: float, top: float) -> list[tuple[float, float]]:
+    """Return the corners of an upright rectangle, counter-clockwise."""
     return [(left, bottom), (right, bottom), (right, top), (left, top)]
 
 
-def dot(a: Vector, b: Vector) -> float:
-    """Scalar product, summed in one fixed order (a linear-algebra library may choose its own)."""
+def multiply(a: Vector, b: Vector) -> float:
+    """Multiply two vectors to a scalar, summed in one fixed order (a linear-algebra library may choose its own)."""
     return float(sum(x * y for x, y in zip(a, b, strict=True)))
 
 
@@ -42,23 +45,23 @@ class Frame:
     up: Vector
 
     @classmethod
-    def through(cls, origin: Place, right: Place, up: Place) -> Frame:
-        """A frame whose axes are given by any two perpendicular directions."""
+    def span(cls, origin: Place, right: Place, up: Place) -> Frame:
+        """Span a frame by any two perpendicular directions."""
         axes = [np.asarray(axis, dtype=float) for axis in (right, up)]
-        return cls(np.asarray(origin, dtype=float), *(axis / dot(axis, axis) ** 0.5 for axis in axes))
+        return cls(np.asarray(origin, dtype=float), *(axis / multiply(axis, axis) ** 0.5 for axis in axes))
 
     @property
     def normal(self) -> Vector:
         return np.cross(self.right, self.up)
 
-    def at(self, a: float, b: float, depth: float = 0.0) -> Vector:
-        """The 3D point at `a` to the right, `b` up and `depth` behind the plane."""
+    def place(self, a: float, b: float, depth: float = 0.0) -> Vector:
+        """Return the 3D point at `a` to the right, `b` up and `depth` behind the plane."""
         return self.origin + a * self.right + b * self.up - depth * self.normal
 
-    def local(self, point: Place) -> tuple[float, float]:
-        """Coordinates in the plane of a 3D point that lies on it."""
+    def locate(self, point: Place) -> tuple[float, float]:
+        """Return the coordinates in the plane of a 3D point that lies on it."""
         offset = np.asarray(point, dtype=float) - self.origin
-        return dot(offset, self.right), dot(offset, self.up)
+        return multiply(offset, self.right), multiply(offset, self.up)
 
 
 @dataclass
@@ -76,12 +79,12 @@ class Plate:
 
     def recess(self, outline: list[tuple[float, float]], depth: float) -> Plate:
         """Sink a part of the plate by `depth` (raise it where negative); returns the sunken plate."""
-        at = self.frame.at
-        self.open([at(a, b) for a, b in outline])
+        place = self.frame.place
+        self.open([place(a, b) for a, b in outline])
         for (a, b), (c, d) in zip(outline, outline[1:] + outline[:1], strict=True):
-            self.model.add([at(a, b), at(c, d), at(c, d, depth), at(a, b, depth)])
-        back = Frame(at(0.0, 0.0, depth), self.frame.right, self.frame.up)
-        return self.model.plate(back, outline)
+            self.model.add([place(a, b), place(c, d), place(c, d, depth), place(a, b, depth)])
+        back = Frame(place(0.0, 0.0, depth), self.frame.right, self.frame.up)
+        return self.model.add_plate(back, outline)
 
 
 @dataclass
@@ -93,9 +96,9 @@ class Model:
     plates: list[Plate] = field(default_factory=list)
     ids: dict[tuple[float, ...], int] = field(default_factory=dict)
     parted: bool = False
-    """Whether neighbours may lie in one plane: something else than a crease parts them."""
+    """Whether neighbors may lie in one plane: something else than a crease parts them."""
 
-    def plate(self, frame: Frame, outline: list[tuple[float, float]]) -> Plate:
+    def add_plate(self, frame: Frame, outline: list[tuple[float, float]]) -> Plate:
         """Begin a facet that may be cut; `finish` adds it."""
         self.plates.append(Plate(self, frame, outline))
         return self.plates[-1]
@@ -114,7 +117,7 @@ class Model:
     def finish(self) -> Model:
         """Add all plates, make the rings share their points, and prove the model closed."""
         for plate in self.plates:
-            outer = [plate.frame.at(a, b) for a, b in plate.outline]
+            outer = [plate.frame.place(a, b) for a, b in plate.outline]
             self.add(outer, [ring[::-1] for ring in plate.openings])
         self.plates.clear()
         self._conform()
@@ -127,24 +130,24 @@ class Model:
         on_edge: dict[tuple[int, int], Ring] = {}
         for rings in self.facets:
             for ring in rings:
-                for start, end in edges_of(ring):
+                for start, end in pair_edges(ring):
                     key = (min(start, end), max(start, end))
                     if key not in on_edge:
-                        on_edge[key] = points_between(points, *key)
+                        on_edge[key] = find_points_between(points, *key)
         for rings in self.facets:
             for k, ring in enumerate(rings):
                 longer: Ring = []
-                for start, end in edges_of(ring):
+                for start, end in pair_edges(ring):
                     between = on_edge[min(start, end), max(start, end)]
                     longer += [start, *(between if start < end else between[::-1])]
                 rings[k] = longer
 
-    def facets_at_edges(self) -> dict[tuple[int, int], int]:
-        """The facet on the left of every directed edge; an edge used twice is an error."""
+    def map_edges(self) -> dict[tuple[int, int], int]:
+        """Map every directed edge to the facet on its left; an edge used twice is an error."""
         owner: dict[tuple[int, int], int] = {}
         for facet, rings in enumerate(self.facets):
             for ring in rings:
-                for edge in edges_of(ring):
+                for edge in pair_edges(ring):
                     if edge in owner:
                         raise ValueError(f"edge {self.points[edge[0]]} {self.points[edge[1]]} is used twice")
                     owner[edge] = facet
@@ -152,25 +155,25 @@ class Model:
 
     def check_closed(self) -> None:
         """Raise unless each edge is used once in each direction, by facets that are not one facet, unless `parted`."""
-        owner = self.facets_at_edges()
-        normals = [self.normal(rings[0]) for rings in self.facets]
+        owner = self.map_edges()
+        normals = [self.find_normal(rings[0]) for rings in self.facets]
         for (start, end), facet in owner.items():
             other = owner.get((end, start))
             if other is None:
                 raise ValueError(f"edge {self.points[start]} {self.points[end]} is open")
-            if not self.parted and dot(normals[facet], normals[other]) > 1 - 1e-9:
+            if not self.parted and multiply(normals[facet], normals[other]) > 1 - 1e-9:
                 raise ValueError(f"facets at {self.points[start]} {self.points[end]} are one facet")
 
-    def normal(self, ring: Ring) -> Vector:
-        """Unit normal of a ring, by Newell's sum."""
+    def find_normal(self, ring: Ring) -> Vector:
+        """Return the unit normal of a ring, by Newell's sum."""
         corners = [self.points[i] for i in ring]
         total = np.zeros(3)
         for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
             total += np.cross(a - corners[0], b - corners[0])
-        return np.asarray(total / dot(total, total) ** 0.5)
+        return np.asarray(total / multiply(total, total) ** 0.5)
 
-    def corners(self) -> int:
-        """The fewest points that hold the model: those where three facets meet or an outline turns.
+    def count_corners(self) -> int:
+        """Count the fewest points that hold the model: those where three facets meet or an outline turns.
 
         No mesh of this shape has fewer points, and one with exactly these exists.
         """
@@ -183,25 +186,25 @@ class Model:
                     facets_of[point].add(facet)
                     arms = [self.points[other] - self.points[point] for other in (before, after)]
                     cross = np.cross(arms[0], arms[1])
-                    if dot(cross, cross) > 1e-18:
+                    if multiply(cross, cross) > STRAIGHT:
                         turning.add(point)
         return sum(point in turning or len(facets) > 2 for point, facets in facets_of.items())
 
-    def fewest_triangles(self) -> int:
-        """Triangles of any mesh of the facets without further points: points + 2 holes - 2 for each."""
+    def count_fewest_triangles(self) -> int:
+        """Count the triangles of any mesh of the facets without further points: points + 2 holes - 2 for each."""
         return sum(sum(map(len, rings)) + 2 * (len(rings) - 1) - 2 for rings in self.facets)
 
 
-def edges_of(ring: Ring) -> Iterator[tuple[int, int]]:
-    """Directed edges of a ring."""
+def pair_edges(ring: Ring) -> Iterator[tuple[int, int]]:
+    """Pair the points of a ring to directed edges."""
     return zip(ring, ring[1:] + ring[:1], strict=True)
 
 
-def points_between(points: Vector, start: int, end: int) -> Ring:
-    """Ids of the points strictly between two, in order from the first."""
+def find_points_between(points: Vector, start: int, end: int) -> Ring:
+    """Find the points strictly between two, in order from the first."""
     along = points[end] - points[start]
     offset = points - points[start]
-    length = dot(along, along) ** 0.5
+    length = multiply(along, along) ** 0.5
     share = (offset * along).sum(axis=1) / length
     apart = np.linalg.norm(offset - share[:, None] * along / length, axis=1)
     inside = np.flatnonzero((apart < ON_EDGE) & (share > ON_EDGE) & (share < length - ON_EDGE))

@@ -26,16 +26,16 @@ class Glb:
         self.views: list[dict[str, Any]] = []
         self.binary = bytearray()
 
-    def view(self, data: bytes, **more: int) -> int:
+    def add_view(self, data: bytes, **more: int) -> int:
         """Append bytes; the number of their view."""
         self.views.append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data), **more})
         self.binary += data + b"\0" * (-len(data) % 4)
         return len(self.views) - 1
 
-    def accessor(self, values: NDArray[Any], target: int, *, bounded: bool = False) -> int:
+    def add_accessor(self, values: NDArray[Any], target: int, *, bounded: bool = False) -> int:
         """Append an array of a type that glTF has; the number of its accessor."""
         entry: dict[str, Any] = {
-            "bufferView": self.view(values.tobytes(), target=target),
+            "bufferView": self.add_view(values.tobytes(), target=target),
             "componentType": COMPONENTS[values.dtype.str],
             "count": len(values),
             "type": TYPES[values[0].size],

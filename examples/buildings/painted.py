@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buildings.png import Pixels, png
+from buildings.png import Pixels, encode_png
 from buildings.textured_house import (
     ATLAS,
     DOOR,
@@ -38,23 +38,23 @@ LETTERS = {
 """Rows of five dots."""
 
 
-def grain(shape: tuple[int, int], kinds: int, stream: int) -> Pixels:
-    """A number below `kinds` for each texel, in no order that the eye sees."""
+def make_grain(shape: tuple[int, int], kinds: int, stream: int) -> Pixels:
+    """Return a number below `kinds` for each texel, in no visible order."""
     row, column = np.indices(shape, dtype=np.uint64)
     mixed = (row * np.uint64(73856093)) ^ (column * np.uint64(19349663)) ^ np.uint64(stream * 83492791)
     mixed = (mixed ^ (mixed >> np.uint64(13))) * np.uint64(1274126177) % np.uint64(1 << 32)
     return ((mixed ^ (mixed >> np.uint64(16))) % np.uint64(kinds)).astype(np.uint8)
 
 
-def facade() -> bytes:
-    """The atlas: four walls and the front of the wing, plaster all around."""
-    pixels = grain(ATLAS[::-1], 4, 1)
+def paint_facade() -> bytes:
+    """Paint the atlas: four walls and the front of the wing, plaster all around."""
+    pixels = make_grain(ATLAS[::-1], 4, 1)
     for name, lefts in (("front", (0.9, 3.3, 7.5, 9.8)), ("back", (1.0, 3.3, 6.4, 9.4)), ("west", (1.3, 6.1)),
                         ("east", (1.3, 6.1)), ("wing", (0.7,))):  # fmt: skip
         for left in lefts:
-            window(pixels, ISLANDS[name], left, 0.9, 1.35, 1.2)
+            paint_window(pixels, ISLANDS[name], left, 0.9, 1.35, 1.2)
     for name in ("west", "east"):
-        window(pixels, ISLANDS[name], 3.8, 3.6, 1.4, 1.3)
+        paint_window(pixels, ISLANDS[name], 3.8, 3.6, 1.4, 1.3)
     left, bottom, right, top = DOOR
     fill(pixels, ISLANDS["front"], (left, bottom, right, top), WOOD)
     for low in (0.7, 1.6):
@@ -62,22 +62,22 @@ def facade() -> bytes:
         fill(pixels, ISLANDS["front"], (left + 0.65, low, left + 1.05, low + 0.75), WOOD + 1)
     for island in ISLANDS.values():
         fill(pixels, island, (0, PLINTH + 0.05, island.width, PLINTH + 0.12), LINE, over=PLASTER)
-    return png(pixels, WALLS)
+    return encode_png(pixels, WALLS)
 
 
 def fill(
-    pixels: Pixels, island: Island, box: tuple[float, float, float, float], colour: int, over: int | None = None
+    pixels: Pixels, island: Island, box: tuple[float, float, float, float], color: int, over: int | None = None
 ) -> None:
-    """Paint a rectangle of a wall, in metres from its left end on the ground; `over` plaster alone, if told."""
+    """Paint a rectangle of a wall, in meters from its left end on the ground; with `over`, only plaster."""
     left, bottom, right, top = box
     columns = slice(round(island.column + TEXELS * left), round(island.column + TEXELS * right))
     rows = slice(round(island.row - TEXELS * top), round(island.row - TEXELS * bottom))
     part = pixels[rows, columns]
-    part[...] = colour if over is None else np.where(part < FRAME, colour, part)
+    part[...] = color if over is None else np.where(part < FRAME, color, part)
 
 
-def window(pixels: Pixels, island: Island, left: float, bottom: float, width: float, height: float) -> None:
-    """A frame, panes that mirror the sky, a sill, and shutters."""
+def paint_window(pixels: Pixels, island: Island, left: float, bottom: float, width: float, height: float) -> None:
+    """Paint a frame, panes that mirror the sky, a sill, and shutters."""
     right, top = left + width, bottom + height
     for start in (left - 0.4, right + 0.06):
         fill(pixels, island, (start, bottom, start + 0.34, top), SHUTTER)
@@ -95,20 +95,20 @@ def window(pixels: Pixels, island: Island, left: float, bottom: float, width: fl
                 fill(pixels, island, (start, base, start + width / 2 - 0.12, end), GLASS + shade)
 
 
-def bricks() -> bytes:
-    """A square that repeats: eight courses of four bricks."""
+def paint_bricks() -> bytes:
+    """Paint a square that repeats: eight courses of four bricks."""
     row, column = np.indices((128, 128))
     course = row // 16
     shifted = column + 16 * (course % 2)
     brick = (course * 4 + shifted // 32 % 4).astype(np.uint8)
     joint = (row % 16 < 2) | (shifted % 32 < 2)
     shade = (brick * 7 + brick // 3) % 3
-    speck = grain((128, 128), 9, 2) == 0
-    return png(np.where(joint, 4, np.where(speck, 3, shade)).astype(np.uint8), BRICKS)
+    speck = make_grain((128, 128), 9, 2) == 0
+    return encode_png(np.where(joint, 4, np.where(speck, 3, shade)).astype(np.uint8), BRICKS)
 
 
-def tiles() -> bytes:
-    """A square that repeats: six rows of round tiles."""
+def paint_tiles() -> bytes:
+    """Paint a square that repeats: six rows of round tiles."""
     row, column = np.indices((96, 96))
     course = row // 16
     across = (column + 8 * (course % 2)) % 16
@@ -116,11 +116,11 @@ def tiles() -> bytes:
     gap = across < 2
     shade = (course * 5 + (column + 8 * (course % 2)) // 16 % 6 * 3) % 3
     light = (row % 16 == 3) & (across > 4) & (across < 12)
-    return png(np.where(edge | gap, 3, np.where(light, 4, shade)).astype(np.uint8), TILES)
+    return encode_png(np.where(edge | gap, 3, np.where(light, 4, shade)).astype(np.uint8), TILES)
 
 
-def sign() -> bytes:
-    """Letters on a board with round corners."""
+def paint_sign() -> bytes:
+    """Paint letters on a board with round corners."""
     pixels = np.zeros((64, 256), np.uint8)
     row, column = np.indices(pixels.shape)
     border = np.minimum(np.minimum(row, 63 - row), np.minimum(column, 255 - column))
@@ -132,13 +132,13 @@ def sign() -> bytes:
         dots = np.array([[dot == "1" for dot in line] for line in LETTERS[letter].split()])
         shown = dots.repeat(6, axis=0).repeat(6, axis=1)
         pixels[14 : 14 + 36, 20 + 37 * k : 20 + 37 * k + 30][shown] = 1
-    return png(pixels, SIGNS)
+    return encode_png(pixels, SIGNS)
 
 
-def light() -> bytes:
-    """The picture of light: each facet is darker towards its foot, and no two are the same."""
+def paint_light() -> bytes:
+    """Paint the picture of light: each facet is darker towards its foot, and no two are the same."""
     size = LIGHT_CELLS * LIGHT_TEXELS
     row, column = np.indices((size, size))
     cell = row // LIGHT_TEXELS * LIGHT_CELLS + column // LIGHT_TEXELS
     level = 15 - (row % LIGHT_TEXELS) // 5 - cell * 5 % 3
-    return png(level.astype(np.uint8), LIGHTS)
+    return encode_png(level.astype(np.uint8), LIGHTS)

@@ -1,4 +1,4 @@
-"""PNG of at most sixteen colours, not compressed: a compressor's bytes depend on its version, these do not."""
+"""PNG of at most sixteen colors, not compressed: a compressor's bytes depend on its version, these do not."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ BLOCK = 65535
 """Bytes that a stored block holds at most."""
 
 
-def png(pixels: Pixels, palette: Sequence[tuple[int, ...]]) -> bytes:
-    """A picture of numbers into a palette of RGB or RGBA; its width is even."""
+def encode_png(pixels: Pixels, palette: Sequence[tuple[int, ...]]) -> bytes:
+    """Encode a picture of numbers into a palette of RGB or RGBA; its width must be even."""
     height, width = pixels.shape
     if width % 2 or len(palette) > 16:
-        raise ValueError("the width must be even, and 16 colours are the most")
+        raise ValueError("the width must be even, and 16 colors are the most")
     rows = np.zeros((height, 1 + width // 2), np.uint8)
     rows[:, 1:] = pixels[:, ::2] << 4 | pixels[:, 1::2]
-    colours = b"".join(bytes(colour[:3]) for colour in palette)
-    opacity = bytes(colour[3] if len(colour) > 3 else 255 for colour in palette)
+    colors = b"".join(bytes(color[:3]) for color in palette)
+    opacity = bytes(color[3] if len(color) > 3 else 255 for color in palette)
     head = struct.pack(">IIBBBBB", width, height, 4, 3, 0, 0, 0)
-    parts = [(b"IHDR", head), (b"PLTE", colours)]
+    parts = [(b"IHDR", head), (b"PLTE", colors)]
     if min(opacity) < 255:
         parts.append((b"tRNS", opacity))
-    parts += [(b"IDAT", stored(rows.tobytes())), (b"IEND", b"")]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(chunk(name, data) for name, data in parts)
+    parts += [(b"IDAT", store(rows.tobytes())), (b"IEND", b"")]
+    return b"\x89PNG\r\n\x1a\n" + b"".join(encode_chunk(name, data) for name, data in parts)
 
 
-def chunk(name: bytes, data: bytes) -> bytes:
-    """One chunk of the file."""
+def encode_chunk(name: bytes, data: bytes) -> bytes:
+    """Encode one chunk of the file."""
     return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
 
 
-def stored(data: bytes) -> bytes:
-    """Bytes as a zlib stream of blocks that are only stored."""
+def store(data: bytes) -> bytes:
+    """Wrap bytes in a zlib stream of stored blocks, without compression."""
     blocks = [data[start : start + BLOCK] for start in range(0, len(data), BLOCK)]
     stream = b"\x78\x01"
     for k, block in enumerate(blocks):

@@ -11,30 +11,34 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from buildings.facet_model import Model, Ring, dot, edges_of
+from buildings.facet_model import Model, Ring, multiply, pair_edges
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
 
 
+TINY = 1e-9
+"""Below the size of any detail; meters or square meters."""
+
+
 def tessellate(model: Model, edge: float) -> tuple[Points, Faces]:
-    """Points and triangles of all facets, with edges of about `edge` metres."""
+    """Points and triangles of all facets, with edges of about `edge` meters."""
     points, faces = tessellate_facets(model, edge)
     return points, np.concatenate(faces)
 
 
 def tessellate_facets(model: Model, edge: float) -> tuple[Points, list[Faces]]:
-    """The same, with the triangles of each facet apart."""
+    """Tessellate, with the triangles of each facet apart."""
     points = list(model.points)
     cuts: dict[tuple[int, int], Ring] = {}
     faces = []
     for corners in model.facets:
-        normal = model.normal(corners[0])
+        normal = model.find_normal(corners[0])
         rings = [cut_ring(points, ring, edge, cuts) for ring in corners]
         ids = [point for ring in rings for point in ring]
         outline, offset = [], 0
         for ring in rings:
-            outline += [(offset + a, offset + b) for a, b in edges_of(list(range(len(ring))))]
+            outline += [(offset + a, offset + b) for a, b in pair_edges(list(range(len(ring))))]
             offset += len(ring)
         inner = scatter(np.array([points[i] for i in ids]), normal, np.array(outline), edge)
         ids += range(len(points), len(points) + len(inner))
@@ -45,9 +49,9 @@ def tessellate_facets(model: Model, edge: float) -> tuple[Points, list[Faces]]:
 
 
 def cut_ring(points: list[Points], ring: Ring, edge: float, cuts: dict[tuple[int, int], Ring]) -> Ring:
-    """The ring with its long edges cut; new points are added to `points`, and `cuts` remembers them."""
+    """Cut the long edges of a ring; new points are added to `points`, and `cuts` remembers them."""
     longer: Ring = []
-    for start, end in edges_of(ring):
+    for start, end in pair_edges(ring):
         low, high = min(start, end), max(start, end)
         if (low, high) not in cuts:
             cuts[low, high] = cut_edge(points, low, high, edge)
@@ -58,8 +62,8 @@ def cut_ring(points: list[Points], ring: Ring, edge: float, cuts: dict[tuple[int
 def cut_edge(points: list[Points], start: int, end: int, edge: float) -> Ring:
     """Halve an edge, unevenly, until its pieces are short; ids of the new points from `start` to `end`."""
     a, b = points[start], points[end]
-    limit, share = chance(a + b, 1), chance(a + b, 2)
-    if dot(b - a, b - a) <= (edge * (0.9 + 0.7 * limit)) ** 2:
+    limit, share = draw_share(a + b, 1), draw_share(a + b, 2)
+    if multiply(b - a, b - a) <= (edge * (0.9 + 0.7 * limit)) ** 2:
         return []
     middle = len(points)
     points.append(a + (0.36 + 0.28 * share) * (b - a))
@@ -67,22 +71,22 @@ def cut_edge(points: list[Points], start: int, end: int, edge: float) -> Ring:
 
 
 def scatter(corners: Points, normal: Points, outline: Faces, edge: float) -> Points:
-    """Points inside a facet, one in each cell of a grid, off its centre, not too near the outline."""
-    flat, (right, up) = project(corners, normal), axes(normal)
+    """Scatter points inside a facet, one in each cell of a grid, off its center, not too near the outline."""
+    flat, (right, up) = project(corners, normal), find_axes(normal)
     low, high = flat.min(axis=0), flat.max(axis=0)
     columns, rows = (int(count) for count in np.floor((high - low) / edge) + 1)
     found = []
     for cell in np.ndindex(columns, rows):
-        centre = low + (np.array(cell) + 0.5) * edge
-        where = corners[0] + centre[0] * right + centre[1] * up
-        place = centre + 0.7 * (np.array([chance(where, 3), chance(where, 4)]) - 0.5) * edge
-        if inside(flat, outline, place) and clearance(flat, outline, place) > 0.4 * edge:
+        center = low + (np.array(cell) + 0.5) * edge
+        where = corners[0] + center[0] * right + center[1] * up
+        place = center + 0.7 * (np.array([draw_share(where, 3), draw_share(where, 4)]) - 0.5) * edge
+        if is_inside(flat, outline, place) and measure_clearance(flat, outline, place) > 0.4 * edge:
             found.append(corners[0] + place[0] * right + place[1] * up)
     return np.array(found).reshape(-1, 3)
 
 
 def triangulate(flat: Points, outline: Faces, rings: int) -> list[tuple[int, int, int]]:
-    """Triangles of one facet, its outline's points first: diagonals that cross nothing, shortest first."""
+    """Triangulate one facet, its outline's points first: diagonals that cross nothing, shortest first."""
     first, second = np.triu_indices(len(flat), 1)
     length = np.round(((flat[first] - flat[second]) ** 2).sum(axis=1), 9)
     # Euler's formula tells how many segments a triangulation of these points has.
@@ -94,61 +98,61 @@ def triangulate(flat: Points, outline: Faces, rings: int) -> list[tuple[int, int
         if count == len(segments):
             break
         pair = (int(first[k]), int(second[k]))
-        if pair in taken or blocked(flat, segments[:count], pair):
+        if pair in taken or is_blocked(flat, segments[:count], pair):
             continue
-        if inside(flat, outline, flat[list(pair)].mean(axis=0)):
+        if is_inside(flat, outline, flat[list(pair)].mean(axis=0)):
             segments[count] = pair
             count += 1
-    return triangles_of(flat, segments[:count], len(outline))
+    return collect_triangles(flat, segments[:count], len(outline))
 
 
-def axes(normal: Points) -> tuple[Points, Points]:
-    """Two axes in the plane of a facet; with its normal they form a right-handed frame."""
+def find_axes(normal: Points) -> tuple[Points, Points]:
+    """Return two axes in the plane of a facet; with its normal they form a right-handed frame."""
     axis = np.zeros(3)
     axis[int(np.argmin(np.abs(np.round(normal, 6))))] = 1.0
     right = np.cross(axis, normal)
-    right /= dot(right, right) ** 0.5
+    right /= multiply(right, right) ** 0.5
     return right, np.cross(normal, right)
 
 
 def project(points: Points, normal: Points) -> Points:
-    """2D coordinates in the plane of a facet, about its first point, counter-clockwise from outside."""
-    right, up = axes(normal)
+    """Return 2D coordinates in the plane of a facet, about its first point, counter-clockwise from outside."""
+    right, up = find_axes(normal)
     offset = points - points[0]
     return np.stack([(offset * right).sum(axis=1), (offset * up).sum(axis=1)], axis=1)
 
 
-def side(a: Points, b: Points, c: Points) -> Points:
-    """Twice the signed area of a, b, c, zero where it is below the size of any detail."""
+def measure_side(a: Points, b: Points, c: Points) -> Points:
+    """Return twice the signed area of a, b, c, zero where it is below the size of any detail."""
     along, offset = b - a, c - a
     area = along[..., 0] * offset[..., 1] - along[..., 1] * offset[..., 0]
-    return np.where(np.abs(area) < 1e-9, 0.0, area)
+    return np.where(np.abs(area) < TINY, 0.0, area)
 
 
-def blocked(flat: Points, segments: Faces, pair: tuple[int, int]) -> bool:
-    """Whether a diagonal crosses a segment or runs through a point."""
+def is_blocked(flat: Points, segments: Faces, pair: tuple[int, int]) -> bool:
+    """Return whether a diagonal crosses a segment or runs through a point."""
     a, b = flat[pair[0]], flat[pair[1]]
-    sides = side(a, b, flat)
+    sides = measure_side(a, b, flat)
     on_line = flat[sides == 0] - a
-    share, length = (on_line * (b - a)).sum(axis=1), dot(b - a, b - a)
-    if np.any((share > 1e-9) & (share < length - 1e-9)):
+    share, length = (on_line * (b - a)).sum(axis=1), multiply(b - a, b - a)
+    if np.any((share > TINY) & (share < length - TINY)):
         return True
     apart = segments[sides[segments[:, 0]] * sides[segments[:, 1]] < 0]
     c, d = flat[apart[:, 0]], flat[apart[:, 1]]
-    return bool(np.any(side(c, d, a) * side(c, d, b) < 0))
+    return bool(np.any(measure_side(c, d, a) * measure_side(c, d, b) < 0))
 
 
-def inside(flat: Points, outline: Faces, point: Points) -> bool:
-    """Whether a point lies inside the rings: a ray to the right crosses them an odd number of times."""
+def is_inside(flat: Points, outline: Faces, point: Points) -> bool:
+    """Return whether a point lies inside the rings: a ray to the right crosses them an odd number of times."""
     a, b = flat[outline[:, 0]], flat[outline[:, 1]]
     upward = a[:, 1] <= b[:, 1]
     low, high = np.where(upward[:, None], a, b), np.where(upward[:, None], b, a)
     spans = (low[:, 1] <= point[1]) & (point[1] < high[:, 1])
-    return bool(np.count_nonzero(spans & (side(low, high, point[None]) > 0)) % 2)
+    return bool(np.count_nonzero(spans & (measure_side(low, high, point[None]) > 0)) % 2)
 
 
-def clearance(flat: Points, outline: Faces, point: Points) -> float:
-    """Distance from a point to the outline."""
+def measure_clearance(flat: Points, outline: Faces, point: Points) -> float:
+    """Return the distance from a point to the outline."""
     a, b = flat[outline[:, 0]], flat[outline[:, 1]]
     along = b - a
     share = ((point - a) * along).sum(axis=1) / (along * along).sum(axis=1)
@@ -156,8 +160,8 @@ def clearance(flat: Points, outline: Faces, point: Points) -> float:
     return float(np.sqrt(((point - nearest) ** 2).sum(axis=1).min()))
 
 
-def triangles_of(flat: Points, segments: Faces, outline: int) -> list[tuple[int, int, int]]:
-    """Triangles of a plane graph; its first `outline` segments have a triangle on their left only."""
+def collect_triangles(flat: Points, segments: Faces, outline: int) -> list[tuple[int, int, int]]:
+    """Collect the triangles of a plane graph; its first `outline` segments have a triangle on their left only."""
     halfedges = [(int(a), int(b)) for a, b in segments]
     halfedges += [(b, a) for a, b in halfedges[outline:]]
     leaving: dict[int, list[int]] = {}
@@ -167,8 +171,8 @@ def triangles_of(flat: Points, segments: Faces, outline: int) -> list[tuple[int,
     for a, b in halfedges:
         apex = -1
         for c in leaving[b]:
-            sharper = apex < 0 or side(flat[b], flat[apex], flat[c]) > 0
-            if side(flat[a], flat[b], flat[c]) > 0 and sharper:
+            sharper = apex < 0 or measure_side(flat[b], flat[apex], flat[c]) > 0
+            if measure_side(flat[a], flat[b], flat[c]) > 0 and sharper:
                 apex = c
         if apex < 0 or a not in leaving[apex]:
             raise ValueError("a facet did not fall into triangles")
@@ -177,8 +181,8 @@ def triangles_of(flat: Points, segments: Faces, outline: int) -> list[tuple[int,
     return found
 
 
-def chance(place: Points, stream: int) -> float:
-    """A number from 0 to 1 that depends on nothing but the place, told to a tenth of a millimetre."""
+def draw_share(place: Points, stream: int) -> float:
+    """Draw a number from 0 to 1 that depends only on the place, rounded to a tenth of a millimeter."""
     # Model coordinates are round; the odd offset keeps them away from the steps of the floor.
     x, y, z = (int(value) for value in np.floor(place * 1e4 + 0.3137))
     mixed = ((x * 73856093) ^ (y * 19349663) ^ (z * 83492791)) + stream

@@ -11,46 +11,59 @@ from numpy.typing import NDArray
 from buildings import painted
 from buildings.glb import INDICES, VERTICES, Z_UP, Glb
 from buildings.tessellate import Faces, Points, tessellate
-from buildings.textured_house import Surface, body, colours, sign, surfaces, terrace, wing
+from buildings.textured_house import (
+    LookSurface,
+    build_body,
+    build_sign,
+    build_surfaces,
+    build_terrace,
+    build_wing,
+    color_terrace,
+)
 
 NAME = "house_textured"
 EDGE = {"glb": 0.32, "obj": 0.5}
-"""Length above which edges are cut; metres."""
+"""Length above which edges are cut; meters."""
 
 DECIMALS = 6
 WING_AT = ((12.0, 2.0, 0.0), (0.0, 2.0, 0.0))
 """Where the wing stands, and where its mirror image does."""
 
 IMAGES = {
-    "facade": painted.facade, "bricks": painted.bricks, "tiles": painted.tiles, "sign": painted.sign,
-    "light": painted.light,
-}  # fmt: skip
+    "facade": painted.paint_facade,
+    "bricks": painted.paint_bricks,
+    "tiles": painted.paint_tiles,
+    "sign": painted.paint_sign,
+    "light": painted.paint_light,
+}
 TIMBER = (0.36, 0.23, 0.15)
 CLAMPED = 33071
 
 
-def rounded(points: Points) -> Points:
-    """Coordinates as they are written."""
+def round_points(points: Points) -> Points:
+    """Round coordinates as they are written."""
     return np.round(points, DECIMALS) + 0.0
 
 
-def parts(edge: float) -> tuple[dict[str, Surface], dict[str, Surface], Surface]:
-    """Body and wing by the name of their looks, and the sign."""
-    solid = body()
-    return surfaces(solid, edge), surfaces(wing(len(solid.model.facets)), edge), sign(edge)
+def build_all_surfaces(edge: float) -> tuple[dict[str, LookSurface], dict[str, LookSurface], LookSurface]:
+    """Build body and wing by the name of their looks, and the sign."""
+    solid = build_body()
+    return build_surfaces(solid, edge), build_surfaces(build_wing(len(solid.model.facets)), edge), build_sign(edge)
 
 
 def write_textured_glb(path: Path) -> None:
-    """Binary glTF: several primitives, two maps, a mirrored node, vertex colours, a camera, a light, extras."""
+    """Write binary glTF: several primitives, two maps, a mirrored node, vertex colors, a camera, a light, extras."""
     glb = Glb()
-    images = [{"name": name, "mimeType": "image/png", "bufferView": glb.view(make())} for name, make in IMAGES.items()]
-    whole, side, board = parts(EDGE["glb"])
+    images = [
+        {"name": name, "mimeType": "image/png", "bufferView": glb.add_view(make())} for name, make in IMAGES.items()
+    ]
+    whole, side, board = build_all_surfaces(EDGE["glb"])
     names = [*list(IMAGES)[:4], "timber", "terrace"]
     meshes = [
-        {"name": "body", "primitives": [primitive(glb, whole[name], names.index(name)) for name in sorted(whole)]},
-        {"name": "wing", "primitives": [primitive(glb, side[name], names.index(name)) for name in sorted(side)]},
-        {"name": "sign", "primitives": [primitive(glb, board, names.index("sign"), lit=False)]},
-        {"name": "terrace", "primitives": [coloured(glb, names.index("terrace"))]},
+        {"name": "body", "primitives": [add_primitive(glb, whole[name], names.index(name)) for name in sorted(whole)]},
+        {"name": "wing", "primitives": [add_primitive(glb, side[name], names.index(name)) for name in sorted(side)]},
+        {"name": "sign", "primitives": [add_primitive(glb, board, names.index("sign"), lit=False)]},
+        {"name": "terrace", "primitives": [add_terrace(glb, names.index("terrace"))]},
     ]
     east, west = (list(at) for at in WING_AT)
     glb.write(
@@ -71,15 +84,15 @@ def write_textured_glb(path: Path) -> None:
         ],
         cameras=[{"name": "street", "type": "perspective", "perspective": {"yfov": 0.6, "znear": 0.1}}],
         meshes=meshes,
-        materials=[material(name) for name in names],
+        materials=[build_material(name) for name in names],
         textures=[{"sampler": 1 if name in ("facade", "light") else 0, "source": k} for k, name in enumerate(IMAGES)],
         samplers=[{"magFilter": 9729, "minFilter": 9987}, {"wrapS": CLAMPED, "wrapT": CLAMPED}],
         images=images,
     )
 
 
-def material(name: str) -> dict[str, Any]:
-    """A material of the document; pictures and textures have the order of `IMAGES`."""
+def build_material(name: str) -> dict[str, Any]:
+    """Describe a material of the document; pictures and textures have the order of `IMAGES`."""
     surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": 0.9}
     made: dict[str, Any] = {"name": name, "pbrMetallicRoughness": surface}
     if name in IMAGES:
@@ -93,36 +106,36 @@ def material(name: str) -> dict[str, Any]:
     return made
 
 
-def primitive(glb: Glb, surface: Surface, material: int, *, lit: bool = True) -> dict[str, Any]:
-    """A primitive with one map, or two where it is `lit` by a picture."""
+def add_primitive(glb: Glb, surface: LookSurface, material: int, *, lit: bool = True) -> dict[str, Any]:
+    """Add a primitive with one map, or two where it is `lit` by a picture."""
     attributes = {
-        "POSITION": glb.accessor(rounded(surface.array("points")).astype("<f4"), VERTICES, bounded=True),
-        "NORMAL": glb.accessor(surface.array("normals").astype("<f4"), VERTICES),
-        "TEXCOORD_0": glb.accessor(surface.array("uv").astype("<f4"), VERTICES),
+        "POSITION": glb.add_accessor(round_points(surface.join_rows("points")).astype("<f4"), VERTICES, bounded=True),
+        "NORMAL": glb.add_accessor(surface.join_rows("normals").astype("<f4"), VERTICES),
+        "TEXCOORD_0": glb.add_accessor(surface.join_rows("uv").astype("<f4"), VERTICES),
     }
     if lit:
-        attributes["TEXCOORD_1"] = glb.accessor(surface.array("light").astype("<f4"), VERTICES)
-    indices = glb.accessor(surface.array("faces").astype("<u2").ravel(), INDICES)
+        attributes["TEXCOORD_1"] = glb.add_accessor(surface.join_rows("light").astype("<f4"), VERTICES)
+    indices = glb.add_accessor(surface.join_rows("faces").astype("<u2").ravel(), INDICES)
     return {"attributes": attributes, "indices": indices, "material": material}
 
 
-def coloured(glb: Glb, material: int) -> dict[str, Any]:
-    """The terrace, with colours at its points and no normals."""
-    points, faces = tessellate(terrace(), EDGE["glb"])
+def add_terrace(glb: Glb, material: int) -> dict[str, Any]:
+    """Add the terrace, with colors at its points and no normals."""
+    points, faces = tessellate(build_terrace(), EDGE["glb"])
     attributes = {
-        "POSITION": glb.accessor(rounded(points).astype("<f4"), VERTICES, bounded=True),
-        "COLOR_0": glb.accessor(colours(points).astype("<f4"), VERTICES),
+        "POSITION": glb.add_accessor(round_points(points).astype("<f4"), VERTICES, bounded=True),
+        "COLOR_0": glb.add_accessor(color_terrace(points).astype("<f4"), VERTICES),
     }
     return {
         "attributes": attributes,
-        "indices": glb.accessor(faces.astype("<u2").ravel(), INDICES),
+        "indices": glb.add_accessor(faces.astype("<u2").ravel(), INDICES),
         "material": material,
     }
 
 
 def write_textured_obj(folder: Path) -> None:
     """Wavefront OBJ, z upwards, its materials, and their pictures beside it; without the terrace."""
-    whole, side, board = parts(EDGE["obj"])
+    whole, side, board = build_all_surfaces(EDGE["obj"])
     lines = [f"mtllib {NAME}.mtl"]
     book: dict[str, dict[tuple[float, ...], int]] = {"v": {}, "vt": {}}
     east, west = (np.array(at) for at in WING_AT)
@@ -131,31 +144,31 @@ def write_textured_obj(folder: Path) -> None:
         lines.append(f"o {name}")
         for look in sorted(group):
             surface = group[look]
-            points, faces = surface.array("points"), surface.array("faces")
+            points, faces = surface.join_rows("points"), surface.join_rows("faces")
             if name == "wing_east":
                 points = points + east
             elif name == "wing_west":
                 points, faces = points * mirror + west, faces[:, ::-1]
-            uv = surface.array("uv") * (1, -1) + (0, 1)
-            lines += group_lines(look, (points, uv), faces, book)
+            uv = surface.join_rows("uv") * (1, -1) + (0, 1)
+            lines += format_group(look, (points, uv), faces, book)
     (folder / f"{NAME}.obj").write_text("\n".join(lines) + "\n", encoding="ascii", newline="\n")
     looks = sorted({*whole, *side, "sign"})
-    text = "\n\n".join(material_lines(look) for look in looks) + "\n"
+    text = "\n\n".join(format_material(look) for look in looks) + "\n"
     (folder / f"{NAME}.mtl").write_text(text, encoding="ascii", newline="\n")
     for look in looks:
         if look in IMAGES:
             (folder / f"house_{look}.png").write_bytes(IMAGES[look]())
 
 
-def group_lines(
+def format_group(
     look: str, rows: tuple[Points, Points], faces: Faces, book: dict[str, dict[tuple[float, ...], int]]
 ) -> list[str]:
-    """The lines of one material; `book` knows which numbers are written already, and where."""
+    """Write the lines of one material; `book` maps numbers that are written already to their places."""
     lines: list[str] = []
     numbers: list[NDArray[np.int64]] = []
     for word, values in zip(("v", "vt"), rows, strict=True):
         known, found = book[word], []
-        for row in rounded(values).tolist():
+        for row in round_points(values).tolist():
             if tuple(row) not in known:
                 known[tuple(row)] = len(known) + 1
                 lines.append(f"{word} " + " ".join(f"{value:.{DECIMALS}f}" for value in row))
@@ -167,8 +180,8 @@ def group_lines(
     return lines
 
 
-def material_lines(look: str) -> str:
-    """A material of the library."""
-    colour = " ".join(map(str, TIMBER if look == "timber" else (1.0, 1.0, 1.0)))
+def format_material(look: str) -> str:
+    """Write a material of the library."""
+    color = " ".join(map(str, TIMBER if look == "timber" else (1.0, 1.0, 1.0)))
     picture = f"\nmap_Kd house_{look}.png" if look in IMAGES else ""
-    return f"newmtl {look}\nKd {colour}\nd 1.0\nillum 1{picture}"
+    return f"newmtl {look}\nKd {color}\nd 1.0\nillum 1{picture}"

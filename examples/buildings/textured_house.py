@@ -12,14 +12,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from buildings.facet_model import Frame, Model, Vector, rectangle
+from buildings.facet_model import Frame, Model, Vector, make_rectangle
 from buildings.house import DEPTH, LENGTH, PITCH, WALL, add_chimney, add_roof
 from buildings.tessellate import Faces, Points, tessellate_facets
 
 PLINTH = 0.45
 RIDGE = WALL + DEPTH / 2 * PITCH
 DOOR = (5.4, PLINTH + 0.05, 6.6, 2.6)
-"""Left, bottom, right and top in the front wall; metres."""
+"""Left, bottom, right and top in the front wall; meters."""
 
 WING_WIDTH, WING_DEPTH, WING_LOW, WING_HIGH = 3.0, 5.0, 2.4, 3.0
 TERRACE = ((3.5, -2.8, 0.0), (8.5, 0.0, PLINTH))
@@ -30,10 +30,20 @@ ATLAS = (512, 392)
 """Columns and rows of the picture of the walls; texels."""
 
 TEXELS = 28.0
-"""Texels of the atlas for a metre of wall."""
+"""Texels of the atlas for a meter of wall."""
 
 LIGHT_CELLS, LIGHT_TEXELS = 8, 32
 """Cells of the picture of light along each side, one for each facet, and texels along each."""
+
+
+LEVEL, SLOPE, HALF = 1e-9, 0.3, 0.5
+"""Shares of a normal: less than the first is none, a roof has more than the second upwards."""
+
+EAVES = 2.0
+"""Slopes above this are roofs; meters."""
+
+CHIMNEY = ((9.0, 4.5), (11.5, 6.0))
+"""Lower left and upper right of its surroundings, seen from above; meters."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +66,7 @@ ISLANDS = {
 
 
 @dataclass
-class Surface:
+class LookSurface:
     """Vertices and triangles of one look; `uv` has v downwards, as glTF does."""
 
     points: list[Points] = field(default_factory=list)
@@ -65,8 +75,8 @@ class Surface:
     light: list[Points] = field(default_factory=list)
     faces: list[Faces] = field(default_factory=list)
 
-    def array(self, name: str) -> NDArray[np.float64]:
-        """All rows of one thing."""
+    def join_rows(self, name: str) -> NDArray[np.float64]:
+        """Join all rows of one array."""
         return np.concatenate(getattr(self, name))
 
 
@@ -79,82 +89,81 @@ class Solid:
     first_cell: int = 0
 
 
-def axes(normal: Vector) -> tuple[Vector, Vector]:
-    """Right and up on a wall, seen from outside; east and north on what is level."""
-    flat = abs(normal[2]) > 1 - 1e-9
+def find_axes(normal: Vector) -> tuple[Vector, Vector]:
+    """Return right and up on a wall, seen from outside; east and north on what is level."""
+    flat = abs(normal[2]) > 1 - LEVEL
     right = np.array([1.0, 0.0, 0.0]) if flat else np.array([-normal[1], normal[0], 0.0])
     right /= (right[0] ** 2 + right[1] ** 2) ** 0.5
     return right, np.cross(normal, right)
 
 
-def along(points: Points, axis: Vector) -> Points:
-    """Coordinates along an axis, summed in one fixed order."""
+def measure_along(points: Points, axis: Vector) -> Points:
+    """Measure coordinates along an axis, summed in one fixed order."""
     return points[:, 0] * axis[0] + points[:, 1] * axis[1] + points[:, 2] * axis[2]
 
 
-def repeated(normal: Vector, points: Points, size: float) -> Points:
-    """A picture of `size` metres again and again, far outside 0..1."""
-    right, up = axes(normal)
-    return np.stack([along(points, right), -along(points, up)], axis=1) / size
+def map_repeated(normal: Vector, points: Points, size: float) -> Points:
+    """Repeat a picture of `size` meters, far outside 0..1."""
+    right, up = find_axes(normal)
+    return np.stack([measure_along(points, right), -measure_along(points, up)], axis=1) / size
 
 
-def on_island(name: str, start: Vector, normal: Vector, points: Points) -> Points:
-    """The piece of the atlas for a wall whose left end on the ground is `start`."""
+def map_island(name: str, start: Vector, normal: Vector, points: Points) -> Points:
+    """Map to the piece of the atlas for a wall whose left end on the ground is `start`."""
     island = ISLANDS[name]
-    right, up = axes(normal)
+    right, up = find_axes(normal)
     offset = points - start
-    texels = [island.column + TEXELS * along(offset, right), island.row - TEXELS * along(offset, up)]
+    texels = [island.column + TEXELS * measure_along(offset, right), island.row - TEXELS * measure_along(offset, up)]
     return np.stack(texels, axis=1) / ATLAS
 
 
-def body() -> Solid:
-    """The house: walls in two pieces each, a door, a roof that stands out, a chimney."""
+def build_body() -> Solid:
+    """Build the house: walls in two pieces each, a door, a roof that stands out, a chimney."""
     model = Model(parted=True)
     gable = [(0, PLINTH), (DEPTH, PLINTH), (DEPTH, WALL), (DEPTH / 2, RIDGE), (0, WALL)]
-    straight = rectangle(0, PLINTH, LENGTH, WALL)
+    straight = make_rectangle(0, PLINTH, LENGTH, WALL)
     for origin, right, upper in (
         ((0, 0, 0), (1, 0, 0), straight),
         ((LENGTH, 0, 0), (0, 1, 0), gable),
         ((LENGTH, DEPTH, 0), (-1, 0, 0), straight),
         ((0, DEPTH, 0), (0, -1, 0), gable),
     ):
-        frame = Frame.through(origin, right, (0, 0, 1))
-        model.plate(frame, rectangle(0, 0, upper[1][0], PLINTH))
-        wall = model.plate(frame, upper)
+        frame = Frame.span(origin, right, (0, 0, 1))
+        model.add_plate(frame, make_rectangle(0, 0, upper[1][0], PLINTH))
+        wall = model.add_plate(frame, upper)
         if origin == (0, 0, 0):
-            wall.recess(rectangle(*DOOR), 0.2)
+            wall.recess(make_rectangle(*DOOR), 0.2)
     model.add([(0, DEPTH, 0), (LENGTH, DEPTH, 0), (LENGTH, 0, 0), (0, 0, 0)])
     _, back = add_roof(model)
     add_chimney(model, back)
-    return Solid(model.finish(), look_of_body)
+    return Solid(model.finish(), choose_body_look)
 
 
-def look_of_body(normal: Vector, points: Points) -> tuple[str, Points]:
-    """Bricks below and at the chimney, the atlas on walls, tiles on slopes, plain timber elsewhere."""
+def choose_body_look(normal: Vector, points: Points) -> tuple[str, Points]:
+    """Choose bricks below and at the chimney, the atlas on walls, tiles on slopes, plain timber elsewhere."""
     low, high = points.min(axis=0), points.max(axis=0)
-    plain = repeated(normal, points, 1.0)
-    if low[0] > 9 and high[0] < 11.5 and low[1] > 4.5 and high[1] < 6:
-        return "bricks", plain
-    if normal[2] > 0.3 and low[2] > 2:
-        return "tiles", repeated(normal, points, 1.5)
     within = low[0] >= 0 and high[0] <= LENGTH and low[1] >= 0 and high[1] <= DEPTH and high[2] <= RIDGE
-    if not within or abs(normal[2]) > 1e-9:
-        return "timber", plain
-    if high[2] <= PLINTH:
-        return "bricks", plain
-    if abs(normal[0]) > 0.5:
-        if low[1] == 0 and high[1] < 1:
-            return "timber", plain
-        east = normal[0] > 0
-        start = np.array([LENGTH, 0.0, 0.0]) if east else np.array([0.0, DEPTH, 0.0])
-        return "facade", on_island("east" if east else "west", start, normal, points)
-    front = normal[1] < 0
-    start = np.array([0.0, 0.0, 0.0]) if front else np.array([LENGTH, DEPTH, 0.0])
-    return "facade", on_island("front" if front else "back", start, normal, points)
+    upright = within and abs(normal[2]) <= LEVEL
+    chimney = np.all(low[:2] > CHIMNEY[0]) and np.all(high[:2] < CHIMNEY[1])
+    if chimney or (upright and high[2] <= PLINTH):
+        return "bricks", map_repeated(normal, points, 1.0)
+    if normal[2] > SLOPE and low[2] > EAVES:
+        return "tiles", map_repeated(normal, points, 1.5)
+    aside = abs(normal[0]) > HALF
+    if not upright or (aside and low[1] == 0 and high[1] < 1):
+        return "timber", map_repeated(normal, points, 1.0)
+    # A wall reads from its left end on the ground, seen from outside.
+    name, start = {
+        (True, True): ("east", (LENGTH, 0.0, 0.0)),
+        (True, False): ("west", (0.0, DEPTH, 0.0)),
+        (False, True): ("back", (LENGTH, DEPTH, 0.0)),
+        (False, False): ("front", (0.0, 0.0, 0.0)),
+    }[aside, bool(normal[0] > 0 if aside else normal[1] >= 0)]
+    return "facade", map_island(name, np.array(start), normal, points)
 
 
-def wing(first_cell: int) -> Solid:
-    """A wing with a slope of its own, at the east of its origin."""
+def build_wing(first_cell: int) -> Solid:
+    """Build a wing with a slope of its own, at the east of its origin."""
     model = Model(parted=True)
     wide, deep, low, high = WING_WIDTH, WING_DEPTH, WING_LOW, WING_HIGH
     for origin, right, length, left_top, right_top in (
@@ -163,27 +172,27 @@ def wing(first_cell: int) -> Solid:
         ((wide, deep, 0), (-1, 0, 0), wide, low, high),
         ((0, deep, 0), (0, -1, 0), deep, high, high),
     ):
-        frame = Frame.through(origin, right, (0, 0, 1))
-        model.plate(frame, rectangle(0, 0, length, PLINTH))
-        model.plate(frame, [(0, PLINTH), (length, PLINTH), (length, right_top), (0, left_top)])
+        frame = Frame.span(origin, right, (0, 0, 1))
+        model.add_plate(frame, make_rectangle(0, 0, length, PLINTH))
+        model.add_plate(frame, [(0, PLINTH), (length, PLINTH), (length, right_top), (0, left_top)])
     model.add([(0, 0, high), (wide, 0, low), (wide, deep, low), (0, deep, high)])
     model.add([(0, deep, 0), (wide, deep, 0), (wide, 0, 0), (0, 0, 0)])
-    return Solid(model.finish(), look_of_wing, first_cell)
+    return Solid(model.finish(), choose_wing_look, first_cell)
 
 
-def look_of_wing(normal: Vector, points: Points) -> tuple[str, Points]:
-    """Painted in front, bricks on the other walls."""
-    if normal[2] > 0.3:
-        return "tiles", repeated(normal, points, 1.5)
-    if normal[2] < -0.5:
-        return "timber", repeated(normal, points, 1.0)
-    if normal[1] < -0.5 and points[:, 2].max() > PLINTH:
-        return "facade", on_island("wing", np.zeros(3), normal, points)
-    return "bricks", repeated(normal, points, 1.0)
+def choose_wing_look(normal: Vector, points: Points) -> tuple[str, Points]:
+    """Choose the atlas in front, bricks on the other walls."""
+    if normal[2] > SLOPE:
+        return "tiles", map_repeated(normal, points, 1.5)
+    if normal[2] < -HALF:
+        return "timber", map_repeated(normal, points, 1.0)
+    if normal[1] < -HALF and points[:, 2].max() > PLINTH:
+        return "facade", map_island("wing", np.zeros(3), normal, points)
+    return "bricks", map_repeated(normal, points, 1.0)
 
 
-def terrace() -> Model:
-    """A slab before the door."""
+def build_terrace() -> Model:
+    """Build a slab before the door."""
     model = Model()
     low, high = (np.array(corner) for corner in TERRACE)
     size = high - low
@@ -195,20 +204,22 @@ def terrace() -> Model:
     return model.finish()
 
 
-def surfaces(solid: Solid, edge: float) -> dict[str, Surface]:
-    """The over-sampled surfaces of a solid, by the name of their look; each facet has vertices of its own."""
+def build_surfaces(solid: Solid, edge: float) -> dict[str, LookSurface]:
+    """Over-sample the surfaces of a solid, by the name of their look; each facet has vertices of its own."""
     points, facets = tessellate_facets(solid.model, edge)
-    made: dict[str, Surface] = {}
+    made: dict[str, LookSurface] = {}
     for number, (rings, faces) in enumerate(zip(solid.model.facets, facets, strict=True)):
-        normal = solid.model.normal(rings[0])
+        normal = solid.model.find_normal(rings[0])
         used, corners = np.unique(faces, return_inverse=True)
         name, uv = solid.look(normal, points[used])
-        cell = in_cell(solid.first_cell + number, normal, points[used])
-        add(made.setdefault(name, Surface()), points[used], normal, (uv, cell), corners.reshape(-1, 3))
+        cell = map_cell(solid.first_cell + number, normal, points[used])
+        append_facet(made.setdefault(name, LookSurface()), points[used], normal, (uv, cell), corners.reshape(-1, 3))
     return made
 
 
-def add(surface: Surface, points: Points, normal: Vector, maps: tuple[Points, Points], faces: Faces) -> None:
+def append_facet(
+    surface: LookSurface, points: Points, normal: Vector, maps: tuple[Points, Points], faces: Faces
+) -> None:
     """Append a facet."""
     surface.faces.append(faces + sum(map(len, surface.points)))
     surface.points.append(points)
@@ -217,12 +228,12 @@ def add(surface: Surface, points: Points, normal: Vector, maps: tuple[Points, Po
     surface.light.append(maps[1])
 
 
-def in_cell(cell: int, normal: Vector, points: Points) -> Points:
-    """Where a facet lies in the picture of light: as large as its cell allows, two texels off its rim."""
+def map_cell(cell: int, normal: Vector, points: Points) -> Points:
+    """Place a facet in the picture of light: as large as its cell allows, two texels off its rim."""
     if cell >= LIGHT_CELLS**2:
         raise ValueError("the picture of light has too few cells")
-    right, up = axes(normal)
-    flat = np.stack([along(points, right), -along(points, up)], axis=1)
+    right, up = find_axes(normal)
+    flat = np.stack([measure_along(points, right), -measure_along(points, up)], axis=1)
     low = flat.min(axis=0)
     room = LIGHT_TEXELS - 4.0
     share = (flat - low) / (flat.max(axis=0) - low).max()
@@ -230,8 +241,8 @@ def in_cell(cell: int, normal: Vector, points: Points) -> Points:
     return np.asarray((np.array([column, row]) * LIGHT_TEXELS + 2 + room * share) / (LIGHT_CELLS * LIGHT_TEXELS))
 
 
-def sign(edge: float) -> Surface:
-    """A picture on the front wall, a grid of its own."""
+def build_sign(edge: float) -> LookSurface:
+    """Build a picture on the front wall, a grid of its own."""
     (left, y, bottom), (right, top) = SIGN
     columns, rows = int((right - left) / edge) + 2, int((top - bottom) / edge) + 2
     across, upwards = np.meshgrid(np.linspace(0, 1, columns), np.linspace(0, 1, rows))
@@ -239,14 +250,14 @@ def sign(edge: float) -> Surface:
     points = np.stack([left + (right - left) * uv[:, 0], np.full(len(uv), y), top - (top - bottom) * uv[:, 1]], axis=1)
     start = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
     quads = start[:, None] + [0, 1, columns + 1, columns]
-    made = Surface()
+    made = LookSurface()
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    add(made, points, np.array([0.0, -1.0, 0.0]), (uv, uv), faces)
+    append_facet(made, points, np.array([0.0, -1.0, 0.0]), (uv, uv), faces)
     return made
 
 
-def colours(points: Points) -> Points:
-    """Vertex colours of the terrace: darker towards the wall, redder towards the east; one ramp all over."""
+def color_terrace(points: Points) -> Points:
+    """Return vertex colors of the terrace: darker towards the wall, redder towards the east; one ramp all over."""
     low, high = (np.array(corner) for corner in TERRACE)
     share = (points - low) / (high - low)
     return np.stack([0.6 + 0.25 * share[:, 0], 0.7 - 0.2 * share[:, 1], 0.42 + 0.15 * share[:, 2]], axis=1)

@@ -1,13 +1,13 @@
-"""How far two models differ to the eye: the same views of both, compared pixel by pixel and window by window."""
+"""Compare two models as the eye does: the same views of both, pixel by pixel and window by window."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from picture import Camera, Style
 
-from bldsimp.compare.picture import Camera, Style
-from textured.draw import cameras, draw
+from textured.draw import draw, place_cameras
 from textured.model import Floats, Model
 
 WINDOW = 16
@@ -17,15 +17,15 @@ SIZE = 240
 """Side of a view; pixels."""
 
 MEAN = 0.01
-"""Greatest mean difference that is none to the eye."""
+"""Greatest mean difference that the eye does not see."""
 
 LOCAL = 0.01
-"""Greatest difference within a window that is none: a texture that is two texels off makes a greater one."""
+"""Greatest difference within a window that the eye does not see: a texture shifted by two texels exceeds it."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Differences of colour as shares of the whole range.
+    """Differences of color as shares of the whole range.
 
     Attributes
     ----------
@@ -58,13 +58,13 @@ class Views:
     pictures: list[Floats]
 
     @classmethod
-    def of(cls, model: Model, like: Views | None = None) -> Views:
+    def draw(cls, model: Model, like: Views | None = None) -> Views:
         """Draw a model, through the cameras of another one's views, or those that fit it."""
-        chosen = like.cameras if like else cameras(model, SIZE)
+        chosen = like.cameras if like else place_cameras(model, SIZE)
         return cls(chosen, [draw(model, camera, style) for camera, style in chosen])
 
 
-def difference(before: Views, after: Views) -> Difference:
+def compare_views(before: Views, after: Views) -> Difference:
     """Compare views through the same cameras."""
     total, seen = 0.0, 0
     worst = (-1.0, 0, 0, 0)
@@ -72,14 +72,14 @@ def difference(before: Views, after: Views) -> Difference:
         apart = np.abs(first - second).mean(axis=2)
         shown = np.any((first != 1.0) | (second != 1.0), axis=2)
         total, seen = total + float(apart[shown].sum()), seen + int(shown.sum())
-        means = windows(apart)
+        means = find_windows(apart)
         row, column = np.unravel_index(int(np.argmax(means)), means.shape)
         worst = max(worst, (float(means[row, column]), number, int(column), int(row)))
     return Difference(total / max(seen, 1), *worst)
 
 
-def windows(values: Floats) -> Floats:
-    """Means over all windows."""
+def find_windows(values: Floats) -> Floats:
+    """Return the means over all windows."""
     sums = np.pad(values, ((1, 0), (1, 0))).cumsum(axis=0).cumsum(axis=1)
     found = sums[WINDOW:, WINDOW:] - sums[:-WINDOW, WINDOW:] - sums[WINDOW:, :-WINDOW] + sums[:-WINDOW, :-WINDOW]
     return np.asarray(found / WINDOW**2)

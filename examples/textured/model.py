@@ -1,4 +1,4 @@
-"""What is drawn of a model: corners of triangles, with all that colours them."""
+"""Corners of triangles with all that colors them, ready to draw."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Texture:
     wrap : tuple of str
         Across and down: `REPEAT`, `CLAMP` or `MIRROR`.
     nearest : bool
-        No mixing of neighbours.
+        Take the nearest texel, without interpolation.
     uv_set : int
     transform : (2, 3) float64
         Taken of the texture coordinates, v downwards, before they are looked up.
@@ -37,8 +37,8 @@ class Texture:
     uv_set: int = 0
     transform: Floats = field(default_factory=lambda: np.eye(3)[:2])
 
-    def at(self, uv: Floats) -> Floats:
-        """RGBA at transformed texture coordinates, (n, 2) with v downwards."""
+    def sample(self, uv: Floats) -> Floats:
+        """Sample RGBA at transformed texture coordinates, (n, 2) with v downwards."""
         height, width = self.pixels.shape[:2]
         place = uv * (width, height)
         if self.nearest:
@@ -56,11 +56,11 @@ class Texture:
 
     def _texels(self, row: Integers, column: Integers) -> Floats:
         height, width = self.pixels.shape[:2]
-        return self.pixels[wrapped(row, height, self.wrap[1]), wrapped(column, width, self.wrap[0])]
+        return self.pixels[wrap_places(row, height, self.wrap[1]), wrap_places(column, width, self.wrap[0])]
 
 
-def wrapped(place: Integers, size: int, wrap: str) -> Integers:
-    """Rows or columns brought into an image."""
+def wrap_places(place: Integers, size: int, wrap: str) -> Integers:
+    """Wrap rows or columns into an image."""
     if wrap == CLAMP:
         return np.clip(place, 0, size - 1)
     if wrap == MIRROR:
@@ -71,10 +71,10 @@ def wrapped(place: Integers, size: int, wrap: str) -> Integers:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """What colours a surface."""
+    """Colors and textures of a surface."""
 
     name: str = ""
-    colour: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     picture: Texture | None = None
     occlusion: Texture | None = None
     alpha: str = "OPAQUE"
@@ -94,7 +94,7 @@ class Surface:
         Counter-clockwise seen from the front.
     uv : dict of int to (n, 2) float64
         v downwards.
-    colours : (n, 4) float64 or None
+    colors : (n, 4) float64 or None
     material : Material
     """
 
@@ -103,7 +103,7 @@ class Surface:
     material: Material
     normals: Floats | None = None
     uv: dict[int, Floats] = field(default_factory=dict)
-    colours: Floats | None = None
+    colors: Floats | None = None
 
 
 @dataclass
@@ -113,8 +113,8 @@ class Model:
     Attributes
     ----------
     corners, normals : (m, 3, 3) float64
-    colours : (m, 3, 4) float64
-        Vertex colour times the material's.
+    colors : (m, 3, 4) float64
+        Vertex color times the material's.
     uv : dict of str to (m, 3, 2) float64
         For ``picture`` and ``occlusion``, transformed.
     material : (m,) int
@@ -123,29 +123,32 @@ class Model:
 
     corners: Floats
     normals: Floats
-    colours: Floats
+    colors: Floats
     uv: dict[str, Floats]
     material: Integers
     materials: list[Material]
 
     @classmethod
-    def of(cls, surfaces: Sequence[Surface]) -> Model:
+    def join(cls, surfaces: Sequence[Surface]) -> Model:
         """Put surfaces together."""
         filled = [surface for surface in surfaces if len(surface.faces)]
         materials = list({id(surface.material): surface.material for surface in filled}.values())
         number = {id(material): k for k, material in enumerate(materials)}
         return cls(
             np.concatenate([surface.points[surface.faces] for surface in filled]),
-            np.concatenate([normals_of(surface) for surface in filled]),
-            np.concatenate([colours_of(surface) for surface in filled]),
-            {name: np.concatenate([uv_of(surface, name) for surface in filled]) for name in ("picture", "occlusion")},
+            np.concatenate([collect_normals(surface) for surface in filled]),
+            np.concatenate([collect_colors(surface) for surface in filled]),
+            {
+                name: np.concatenate([collect_uv(surface, name) for surface in filled])
+                for name in ("picture", "occlusion")
+            },
             np.repeat([number[id(surface.material)] for surface in filled], [len(each.faces) for each in filled]),
             materials,
         )
 
 
-def normals_of(surface: Surface) -> Floats:
-    """Unit normals at the corners, those of the faces where none are stored."""
+def collect_normals(surface: Surface) -> Floats:
+    """Collect unit normals at the corners, those of the faces where none are stored."""
     a, b, c = (surface.points[surface.faces[:, k]] for k in range(3))
     flat = np.repeat(np.cross(b - a, c - a)[:, None], 3, axis=1)
     normal = flat if surface.normals is None else surface.normals[surface.faces]
@@ -155,15 +158,15 @@ def normals_of(surface: Surface) -> Floats:
     return np.asarray(np.where(length > 0, unit, flat / np.where(flat_length > 0, flat_length, 1.0)))
 
 
-def colours_of(surface: Surface) -> Floats:
-    """Colours at the corners, times the material's."""
+def collect_colors(surface: Surface) -> Floats:
+    """Collect the colors at the corners, times the material's."""
     shape = (len(surface.faces), 3, 4)
-    own = np.ones(shape) if surface.colours is None else surface.colours[surface.faces]
-    return np.asarray(own * surface.material.colour)
+    own = np.ones(shape) if surface.colors is None else surface.colors[surface.faces]
+    return np.asarray(own * surface.material.color)
 
 
-def uv_of(surface: Surface, name: str) -> Floats:
-    """Transformed coordinates at the corners for one texture of the material; zero where there is none."""
+def collect_uv(surface: Surface, name: str) -> Floats:
+    """Collect the transformed coordinates at the corners for one texture of the material; zero where there is none."""
     texture: Texture | None = getattr(surface.material, name)
     if texture is None or texture.uv_set not in surface.uv:
         return np.zeros((len(surface.faces), 3, 2))

@@ -1,4 +1,4 @@
-"""Read a model as it is drawn: glTF and OBJ from what their files say, all else through trimesh."""
+"""Read a model to draw it: glTF and OBJ by readers of our own, all else through trimesh."""
 
 from __future__ import annotations
 
@@ -16,39 +16,39 @@ Y_UP = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
 
 
 def is_gltf(path: Path) -> bool:
-    """Whether a file is glTF, which stands y up."""
+    """Return whether a file is glTF, which stands y up."""
     return path.suffix.lower() in (".glb", ".gltf")
 
 
-def read(path: Path, *, y_up: bool | None = None) -> Model:
-    """A model of any format, turned so that z is up; where not told otherwise, only glTF has to be."""
+def read_model(path: Path, *, y_up: bool | None = None) -> Model:
+    """Read a model of any format, turned so that z is up; by default only glTF is turned."""
     if is_gltf(path):
         surfaces = read_gltf(path)
     elif path.suffix.lower() == ".obj":
         surfaces = read_obj(path)
     else:
-        surfaces = [surface_of(mesh) for mesh in trimesh.load_scene(path, process=False).geometry.values()]
+        surfaces = [convert_mesh(mesh) for mesh in trimesh.load_scene(path, process=False).geometry.values()]
     if is_gltf(path) if y_up is None else y_up:
         for surface in surfaces:
             surface.points = surface.points @ Y_UP.T
             surface.normals = None if surface.normals is None else surface.normals @ Y_UP.T
-    return Model.of(surfaces)
+    return Model.join(surfaces)
 
 
-def surface_of(mesh: trimesh.Trimesh) -> Surface:
-    """A mesh of trimesh."""
+def convert_mesh(mesh: trimesh.Trimesh) -> Surface:
+    """Convert a mesh of trimesh."""
     points, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     visual: Any = mesh.visual
     if visual.kind == "vertex":
-        return Surface(points, faces, Material(), colours=levels(visual.vertex_colors))
+        return Surface(points, faces, Material(), colors=scale_levels(visual.vertex_colors))
     if visual.kind == "face":
         return Surface(
             points[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3), Material(),
-            colours=levels(visual.face_colors).repeat(3, axis=0),
+            colors=scale_levels(visual.face_colors).repeat(3, axis=0),
         )  # fmt: skip
     return Surface(points, faces, Material())
 
 
-def levels(colours: Any) -> Floats:
-    """Levels of 255 as shares."""
-    return np.asarray(colours, float) / 255.0
+def scale_levels(colors: Any) -> Floats:
+    """Scale levels of 255 to shares."""
+    return np.asarray(colors, float) / 255.0

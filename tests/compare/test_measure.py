@@ -10,22 +10,22 @@ from solids import single
 
 from bldsimp import _core
 from bldsimp.compare.decimate import FastSimplification
-from bldsimp.compare.measure import SAMPLES, Judge, is_watertight, open_edges, queries, samples
-from bldsimp.compare.surface import Surface, surface_of, welded
+from bldsimp.compare.measure import SAMPLES, Judge, collect_queries, find_open_edges, is_watertight, sample_surface
+from bldsimp.compare.placement import PlacedSurface, place_scene, weld_surface
 from bldsimp.io import read
 
 Arrays = tuple[np.ndarray, np.ndarray]
 
 
-def surface(mesh: Arrays) -> Surface:
+def make_surface(mesh: Arrays) -> PlacedSurface:
     points, faces = mesh
-    return welded(np.asarray(points, np.float64), np.asarray(faces, np.int32))
+    return weld_surface(np.asarray(points, np.float64), np.asarray(faces, np.int32))
 
 
-def building(data) -> tuple[Surface, Surface]:
+def load_building(data) -> tuple[PlacedSurface, PlacedSurface]:
     """The house, and what a decimator makes of it when it must go too far."""
-    before = surface_of(read(data / "building_a.obj", "obj"))
-    return before, surface(FastSimplification()(before.points, before.faces, 2000))
+    before = place_scene(read(data / "building_a.obj", "obj"))
+    return before, make_surface(FastSimplification()(before.points, before.faces, 2000))
 
 
 class TestDistances:
@@ -56,9 +56,9 @@ class TestDistances:
         asked = np.array([[1.0, 2.0, 3.0], [1e6 + 1.0, 2.0, 3.0]])
         assert _core.distances(asked, *dot).tolist() == [0.0, 1e6]
 
-    def test_a_query_does_not_depend_on_its_neighbours(self, data) -> None:
-        before, after = building(data)
-        asked = queries(before.points, before.faces)
+    def test_a_query_does_not_depend_on_its_neighbors(self, data) -> None:
+        before, after = load_building(data)
+        asked = collect_queries(before.points, before.faces)
         tree = _core.FaceTree(after.points, after.faces)
         order = np.random.default_rng(5).permutation(len(asked))
         assert tree.distances(asked)[order] == pytest.approx(tree.distances(asked[order]), abs=1e-14)
@@ -81,10 +81,10 @@ class TestDistances:
 
     def test_libigl_agrees_on_a_building(self, data) -> None:
         igl = pytest.importorskip("igl", reason="libigl is not installed")
-        before, after = building(data)
+        before, after = load_building(data)
         diagonal = np.linalg.norm(np.ptp(before.points, axis=0))
         for source, target in ((before, after), (after, before)):
-            asked = queries(source.points, source.faces)
+            asked = collect_queries(source.points, source.faces)
             squared = igl.point_mesh_squared_distance(asked, target.points, target.faces)[0]
             told = _core.distances(asked, target.points, target.faces)
             assert told.max() > 0.01
@@ -94,72 +94,87 @@ class TestDistances:
 class TestSamples:
     def test_they_are_on_the_surface_and_repeat(self) -> None:
         points, faces = open_cone()
-        found = samples(points, faces)
-        assert np.array_equal(found, samples(points, faces))
+        found = sample_surface(points, faces)
+        assert np.array_equal(found, sample_surface(points, faces))
         assert found.shape == (SAMPLES, 3)
         assert _core.distances(found, points, faces).max() < 1e-15
 
     def test_they_are_spread_by_area(self) -> None:
         points = np.array([[0.0, 0, 0], [3, 0, 0], [0, 1, 0], [0, 0, 1]])
-        found = samples(points, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+        found = sample_surface(points, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
         assert np.mean(found[:, 2] == 0) == pytest.approx(0.75, abs=0.01)
         assert found[found[:, 2] == 0].mean(axis=0) == pytest.approx([1.0, 1 / 3, 0], abs=0.02)
 
     def test_without_area_there_are_none(self) -> None:
-        assert len(samples(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32))) == 0
+        assert len(sample_surface(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32))) == 0
 
 
 class TestJudge:
     def test_it_looks_both_ways(self) -> None:
-        whole = surface(box())
-        open_ = surface((box()[0], box()[1][:-1]))
-        assert Judge(whole).deviation(surface(fine_box())) == 0.0
-        assert Judge(whole).deviation(open_) > 0.1
-        assert Judge(open_).deviation(whole) > 0.1
-        assert Judge(whole).deviation(Surface(np.zeros((0, 3)), np.zeros((0, 3), np.int32))) == np.inf
+        whole = make_surface(box())
+        open_ = make_surface((box()[0], box()[1][:-1]))
+        assert Judge(whole).measure_deviation(make_surface(fine_box())) == 0.0
+        assert Judge(whole).measure_deviation(open_) > 0.1
+        assert Judge(open_).measure_deviation(whole) > 0.1
+        assert Judge(whole).measure_deviation(PlacedSurface(np.zeros((0, 3)), np.zeros((0, 3), np.int32))) == np.inf
 
     @pytest.mark.parametrize("shift", FAR)
     def test_a_moved_roof_is_found_wherever_the_model_is(self, shift: float) -> None:
         points, faces = fine_box(shift=shift)
         raised = points + [0.0, 0.0, 0.25] * (points[:, 2:] == shift + 2.0)
-        told = Judge(surface((points, faces))).deviation(surface((raised, faces)))
+        told = Judge(make_surface((points, faces))).measure_deviation(make_surface((raised, faces)))
         assert told <= 0.25
         assert told == pytest.approx(0.25, abs=1e-14)
 
     def test_a_limit_is_a_limit(self) -> None:
         points, faces = fine_box()
-        judge = Judge(surface((points, faces)))
-        raised = surface((points + [0.0, 0.0, 0.25] * (points[:, 2:] == 2.0), faces))
-        assert judge.farthest(raised, 0.25) == judge.deviation(raised) == pytest.approx(0.25, abs=1e-14)
-        assert 0.1 < judge.farthest(raised, 0.1) <= 0.25
+        judge = Judge(make_surface((points, faces)))
+        raised = make_surface((points + [0.0, 0.0, 0.25] * (points[:, 2:] == 2.0), faces))
+        assert judge.measure_within(raised, 0.25) == judge.measure_deviation(raised) == pytest.approx(0.25, abs=1e-14)
+        assert 0.1 < judge.measure_within(raised, 0.1) <= 0.25
 
     def test_a_hole_makes_borders_and_a_border_of_the_original_does_not(self) -> None:
         points, faces = fine_box()
-        closed, holed = surface((points, faces)), surface((points, faces[2:]))
-        assert len(open_edges(holed.faces)) == 4
-        assert Judge(closed).borders_made(holed, 10.0) == 4
-        assert Judge(holed).borders_made(holed, 0.0) == 0
-        assert Judge(holed).borders_made(closed, 0.0) == 0
-        elsewhere = surface((points, np.concatenate([faces[:4], faces[6:]])))
-        assert Judge(holed).borders_made(elsewhere, 0.0) > 0
-        assert Judge(holed).borders_made(elsewhere, 5.0) == 0
+        closed, holed = make_surface((points, faces)), make_surface((points, faces[2:]))
+        assert len(find_open_edges(holed)) == 4
+        assert Judge(closed).count_new_borders(holed, 10.0) == 4
+        assert Judge(holed).count_new_borders(holed, 0.0) == 0
+        assert Judge(holed).count_new_borders(closed, 0.0) == 0
+        elsewhere = make_surface((points, np.concatenate([faces[:4], faces[6:]])))
+        assert Judge(holed).count_new_borders(elsewhere, 0.0) > 0
+        assert Judge(holed).count_new_borders(elsewhere, 5.0) == 0
 
     def test_an_edge_along_several_open_ones_is_theirs(self) -> None:
         points, faces = fine_box()
-        upper = surface((points, faces[~np.all(points[faces][:, :, 2] == 0.0, axis=1)]))
+        upper = make_surface((points, faces[~np.all(points[faces][:, :, 2] == 0.0, axis=1)]))
         coarse_points, coarse_faces = box()
-        coarse = surface((coarse_points, coarse_faces[~np.all(coarse_points[coarse_faces][:, :, 2] == 0.0, axis=1)]))
-        assert len(open_edges(coarse.faces)) == 4
-        assert Judge(upper).borders_made(coarse, 0.0) == 0
+        coarse = make_surface(
+            (coarse_points, coarse_faces[~np.all(coarse_points[coarse_faces][:, :, 2] == 0.0, axis=1)])
+        )
+        assert len(find_open_edges(coarse)) == 4
+        assert Judge(upper).count_new_borders(coarse, 0.0) == 0
 
     def test_single_precision_blurs_by_its_spacing_about_the_middle(self) -> None:
         points, faces = single(fine_box(shift=5_000_000.0))
-        judge = Judge(surface((points, faces)))
+        judge = Judge(make_surface((points, faces)))
         assert judge.blur == 2.0 * np.spacing(np.float32(1.0))
 
 
 def test_watertight_means_every_edge_has_two_faces() -> None:
     points, faces = box()
-    assert is_watertight(surface((points, faces)))
-    assert not is_watertight(surface((points, faces[1:])))
-    assert not is_watertight(Surface(np.zeros((0, 3)), np.zeros((0, 3), np.int32)))
+    assert is_watertight(make_surface((points, faces)))
+    assert not is_watertight(make_surface((points, faces[1:])))
+    assert not is_watertight(PlacedSurface(np.zeros((0, 3)), np.zeros((0, 3), np.int32)))
+
+
+def test_only_edges_of_one_face_are_open() -> None:
+    """Neither an edge of two faces that are turned against each other, nor one of three faces."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1]])
+    for faces, count in (
+        ([[0, 1, 2], [1, 2, 3]], 4),
+        ([[0, 1, 2], [2, 1, 3]], 4),
+        ([[0, 1, 2], [2, 1, 3], [1, 2, 4]], 6),
+    ):
+        edges = find_open_edges(make_surface((points, np.array(faces))))
+        assert len(edges) == count
+        assert [1, 2] not in np.sort(edges, axis=1).tolist()

@@ -13,7 +13,7 @@ from gltf_cases import light_of
 from shapes import Gltf, box, glb_parts, glb_values, triangle_set, write
 
 from bldsimp import InputError, Options, Tolerance, simplify_scene
-from bldsimp.compare.surface import surface_of
+from bldsimp.compare.placement import surface_of
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.job import simplify_file

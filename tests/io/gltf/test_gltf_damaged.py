@@ -27,17 +27,26 @@ def _spoilt(change) -> bytes:
     return document.glb()
 
 
+WRONG_INDICES = "not a list of unsigned whole numbers"
+WRONG_FORMAT = "does not follow the format"
+
 BROKEN = {
     "an index out of range": (
         lambda d: d.json["accessors"][1].update(count=7),
         "mesh 0, primitive 0: .* name points that do not exist",
     ),
-    "indices with a sign": (lambda d: d.json["accessors"][0].update(componentType=5122), "not a list of unsigned whole numbers"),
+    "indices with a sign": (
+        lambda d: d.json["accessors"][0].update(componentType=5122),
+        WRONG_INDICES,
+    ),
     "indices with a fraction": (
         lambda d: d.json["accessors"][0].update(componentType=5126, count=18),
-        "not a list of unsigned whole numbers",
+        WRONG_INDICES,
     ),
-    "indices in pairs": (lambda d: d.json["accessors"][0].update(type="VEC2", count=18), "not a list of unsigned whole numbers"),
+    "indices in pairs": (
+        lambda d: d.json["accessors"][0].update(type="VEC2", count=18),
+        WRONG_INDICES,
+    ),
     "a sparse place with a sign": (
         lambda d: d.json["accessors"][1].update(
             sparse={"count": 1, "indices": {"bufferView": 0, "componentType": 5120}, "values": {"bufferView": 1}}
@@ -76,7 +85,7 @@ BROKEN = {
             d.json["meshes"][0]["primitives"][0].update(material=0),
             d.json.update(materials=[{"pbrMetallicRoughness": {"baseColorFactor": ["red"] * 4}}]),
         ),
-        "does not follow the format",
+        WRONG_FORMAT,
     ),
     "a member that is no list": (lambda d: d.json.update(cameras={}), "'cameras' is not a list"),
     "an accessor of no type": (lambda d: d.json["accessors"][0].update(type="VEC9"), "not understood"),
@@ -109,7 +118,10 @@ def test_odd_scales_end_in_a_result_or_one_error(factor: float, tolerance: Toler
     ("change", "told"),
     [
         (lambda d: d.json["scenes"][0].update(extras=[1e400]), "beyond double precision"),
-        (lambda d: d.json["nodes"].append({"extensions": {"EXT_mesh_gpu_instancing": []}}), "does not follow the format"),
+        (
+            lambda d: d.json["nodes"].append({"extensions": {"EXT_mesh_gpu_instancing": []}}),
+            WRONG_FORMAT,
+        ),
     ],
 )
 def test_what_no_mesh_uses_is_told_on_writing(change, told: str) -> None:

@@ -12,10 +12,11 @@ import pytest
 from conftest import ROOT
 
 pytest.importorskip("PIL")
+sys.path.insert(0, str(ROOT / "examples"))
 
+from picture import Style, View, crop, draw_picture, find_creases, find_nearest_faces
 from PIL import Image
 
-from bldsimp.compare.picture import Style, View, creases, crop, nearest_faces, picture
 from bldsimp.errors import BldsimpError
 
 SMALL = Style(width=120, height=100, samples=2)
@@ -41,32 +42,32 @@ def test_the_nearest_face_wins() -> None:
             [[0, 0, 0], [10, 0, 0], [0, 10, 0]],
         ]
     )
-    owner = nearest_faces(corners, 10, 10).reshape(10, 10)
+    owner = find_nearest_faces(corners, 10, 10).reshape(10, 10)
     assert owner[0, 0] == 1
     assert owner[5, 2] == 0
     assert owner[9, 9] == -1
     assert not np.any(owner == 2)
     for order in ([1, 2, 0], [2, 0, 1]):
-        again = nearest_faces(corners[order], 10, 10).reshape(10, 10)
+        again = find_nearest_faces(corners[order], 10, 10).reshape(10, 10)
         np.testing.assert_array_equal(np.append(order, -1)[again], owner)
 
 
 def test_two_triangles_cover_their_square_once_and_without_a_gap() -> None:
     points, faces = square(0.0)
     corners = np.column_stack([points[:, :2] * 8 + 10, np.ones(4)])[faces]
-    owner = nearest_faces(corners, 20, 20).reshape(20, 20)
+    owner = find_nearest_faces(corners, 20, 20).reshape(20, 20)
     assert np.all(owner[2:18, 2:18] >= 0)
     assert np.count_nonzero(owner >= 0) == 16 * 16
 
 
 def test_creases_are_the_edges_where_the_surface_bends_or_ends() -> None:
-    assert creases(tetrahedron()).all()
+    assert find_creases(tetrahedron()).all()
     points, faces = square(0.0)
-    np.testing.assert_array_equal(creases(View(points, faces, "")), [[True, True, False], [False, True, True]])
+    np.testing.assert_array_equal(find_creases(View(points, faces, "")), [[True, True, False], [False, True, True]])
 
 
 def test_picture_shows_each_view_in_its_own_half() -> None:
-    image = np.asarray(picture([tetrahedron(), tetrahedron()], SMALL))
+    image = np.asarray(draw_picture([tetrahedron(), tetrahedron()], SMALL))
     assert image.shape[1] == 2 * SMALL.width
     left, right = image[:, : SMALL.width], image[:, SMALL.width :]
     drawn = (left != 255).any(axis=2)
@@ -77,14 +78,14 @@ def test_picture_shows_each_view_in_its_own_half() -> None:
 def test_picture_is_the_same_for_faces_in_another_order() -> None:
     view = tetrahedron()
     turned = View(view.points, view.faces[::-1], view.caption)
-    first, second = (np.asarray(picture([each], SMALL)) for each in (view, turned))
+    first, second = (np.asarray(draw_picture([each], SMALL)) for each in (view, turned))
     assert (np.abs(first.astype(int) - second) > 8).mean() < 0.02
 
 
 def test_rows_of_views_are_filled_one_after_the_other() -> None:
     flat = View(*square(0.0), "")
-    row = np.asarray(picture([tetrahedron(), flat, tetrahedron()], SMALL))
-    sheet = np.asarray(picture([tetrahedron(), flat, tetrahedron()], SMALL, columns=2))
+    row = np.asarray(draw_picture([tetrahedron(), flat, tetrahedron()], SMALL))
+    sheet = np.asarray(draw_picture([tetrahedron(), flat, tetrahedron()], SMALL, columns=2))
     assert sheet.shape[:2] == (2 * row.shape[0], 2 * SMALL.width)
     upper, lower = sheet[: row.shape[0]], sheet[row.shape[0] :]
     np.testing.assert_array_equal(upper, row[:, : 2 * SMALL.width])
@@ -95,7 +96,7 @@ def test_rows_of_views_are_filled_one_after_the_other() -> None:
 def test_no_edge_is_drawn_with_lines_of_no_width() -> None:
     view = View(*square(0.0), "")
     shades = {
-        line: np.unique(np.asarray(picture([view], replace(SMALL, line=line, crease=line))).reshape(-1, 3), axis=0)
+        line: np.unique(np.asarray(draw_picture([view], replace(SMALL, line=line, crease=line))).reshape(-1, 3), axis=0)
         for line in (0.0, 1.0)
     }
     # Of one flat square only its own shade is left, and what blends it with the paper at its rim.
@@ -107,7 +108,7 @@ def test_a_zoom_shows_a_part_of_the_model_and_more_of_it() -> None:
     above = replace(SMALL, elevation=90.0, azimuth=-90.0)
     covered = {}
     for zoom, aim in ((1.0, (0.5, 0.5)), (2.0, (0.5, 0.5)), (2.0, (0.0, 0.5))):
-        image = np.asarray(picture([view], replace(above, zoom=zoom, aim=aim)))
+        image = np.asarray(draw_picture([view], replace(above, zoom=zoom, aim=aim)))
         drawn = (image[:-90] != 255).any(axis=2)
         covered[zoom, aim[0]] = drawn[:, : SMALL.width // 2].mean(), drawn[:, SMALL.width // 2 :].mean()
     assert max(covered[1.0, 0.5]) < 0.9
@@ -119,7 +120,7 @@ def test_a_zoom_shows_a_part_of_the_model_and_more_of_it() -> None:
 
 def test_a_gap_stays_blank() -> None:
     view = View(*square(0.0), "")
-    image = np.asarray(picture([view, view], replace(SMALL, elevation=90.0, zoom=3.0, gap=5)))[:-90]
+    image = np.asarray(draw_picture([view, view], replace(SMALL, elevation=90.0, zoom=3.0, gap=5)))[:-90]
     blank = (image == 255).all(axis=(0, 2))
     expected = np.zeros(SMALL.width, bool)
     expected[:5] = expected[-5:] = True
@@ -135,7 +136,7 @@ def test_crop_keeps_the_rows_that_any_panel_uses() -> None:
 
 def test_nothing_to_draw_is_an_error() -> None:
     with pytest.raises(BldsimpError, match="nothing to draw"):
-        picture([View(np.zeros((3, 3)), np.zeros((0, 3), dtype=int), "")], SMALL)
+        draw_picture([View(np.zeros((3, 3)), np.zeros((0, 3), dtype=int), "")], SMALL)
 
 
 @pytest.mark.parametrize(

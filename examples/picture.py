@@ -1,4 +1,4 @@
-"""A still picture of meshes side by side: shaded, with every triangle edge drawn; no GPU, no screen.
+"""Draw a still picture of meshes side by side: shaded, with every triangle edge drawn; no GPU, no screen.
 
 A triangle is turned into the pixels of its bounding box, all triangles of a batch at once; the
 nearest wins the pixel. Edges cost nothing more: a pixel knows how far it is from the three edges of
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import BldsimpError
+from bldsimp.errors import BldsimpError
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -87,7 +87,7 @@ class View:
     caption: str
 
 
-def picture(views: Sequence[View], style: Style | None = None, columns: int | None = None) -> Image:
+def draw_picture(views: Sequence[View], style: Style | None = None, columns: int | None = None) -> Image:
     """Draw views of equal size in rows, all with the camera that fits the first.
 
     Parameters
@@ -113,28 +113,28 @@ def picture(views: Sequence[View], style: Style | None = None, columns: int | No
     Linear in the triangles and in the pixels that they cover; the same input gives the same picture.
     """
     try:
-        from PIL import Image as images
+        from PIL import Image as Images
     except ImportError as error:
         raise BldsimpError("pictures need Pillow: pip install 'bldsimp[pictures]'") from error
     if not views or any(len(view.faces) == 0 for view in views):
         raise BldsimpError("nothing to draw: a view has no faces")
     style = style or Style()
-    camera = Camera.fitting(views[0], style)
+    camera = Camera.fit(views[0], style)
     panels = crop([shade(view, camera, style) for view in views])
     columns = columns or len(views)
     height, margin = panels[0].shape[0], 90
     rows = -(-len(views) // columns)
-    sheet = images.new("RGB", (columns * style.width, rows * (height + margin)), to_bytes(style.paper))
+    sheet = Images.new("RGB", (columns * style.width, rows * (height + margin)), to_bytes(style.paper))
     for k, (view, panel) in enumerate(zip(views, panels, strict=True)):
         row, column = divmod(k, columns)
         top = row * (height + margin)
-        sheet.paste(images.fromarray(panel), (column * style.width, top))
+        sheet.paste(Images.fromarray(panel), (column * style.width, top))
         write_caption(sheet, view.caption, (column + 0.5) * style.width, top + height)
     return sheet
 
 
 def crop(panels: list[NDArray[np.uint8]], margin: int = 16) -> list[NDArray[np.uint8]]:
-    """Cut the rows off that are blank in all panels, but for a margin."""
+    """Cut off the rows that are blank in all panels, except a margin."""
     drawn = np.any([(panel != panel[0, 0]).any(axis=(1, 2)) for panel in panels], axis=0)
     rows = np.flatnonzero(drawn)
     if not len(rows):
@@ -154,8 +154,8 @@ class Camera:
     shift: Floats
 
     @classmethod
-    def fitting(cls, view: View, style: Style) -> Camera:
-        """The camera that shows all of a view's faces, with a margin."""
+    def fit(cls, view: View, style: Style) -> Camera:
+        """Fit a camera to all of a view's faces, with a margin."""
         used = view.points[np.unique(view.faces)]
         low, high = used.min(axis=0), used.max(axis=0)
         azimuth, elevation = np.radians([style.azimuth, style.elevation])
@@ -180,39 +180,39 @@ class Camera:
 
 
 def shade(view: View, camera: Camera, style: Style) -> NDArray[np.uint8]:
-    """The picture of one view, (height, width, 3)."""
+    """Draw one view, (height, width, 3)."""
     columns, rows = style.width * style.samples, style.height * style.samples
     corners = camera.project(view.points)[view.faces]
-    owner = nearest_faces(corners, columns, rows)
-    colour = np.empty((rows * columns, 3), dtype=np.float32)
-    colour[:] = style.paper
+    owner = find_nearest_faces(corners, columns, rows)
+    color = np.empty((rows * columns, 3), dtype=np.float32)
+    color[:] = style.paper
     pixels = np.flatnonzero(owner >= 0)
     face = owner[pixels]
-    colour[pixels] = light(view, camera, style)[face]
-    apart = distances_to_edges(corners[:, :, :2], face, pixels % columns, pixels // columns)
-    crease = creases(view)[face]
+    color[pixels] = light_faces(view, camera, style)[face]
+    apart = measure_edge_distances(corners[:, :, :2], face, pixels % columns, pixels // columns)
+    crease = find_creases(view)[face]
     for k in range(3):
         width = np.where(crease[:, k], style.crease, style.line) * style.samples / 2
         strength = np.where(crease[:, k], 0.9, 0.45) * np.clip(width + 0.5 - apart[k], 0.0, 1.0) * (width > 0)
-        colour[pixels] += (np.array(style.ink) - colour[pixels]) * strength[:, None]
+        color[pixels] += (np.array(style.ink) - color[pixels]) * strength[:, None]
     blank = style.gap * style.samples
-    sides = colour.reshape(rows, columns, 3)
+    sides = color.reshape(rows, columns, 3)
     sides[:, :blank] = sides[:, columns - blank :] = style.paper
-    blocks = colour.reshape(style.height, style.samples, style.width, style.samples, 3)
+    blocks = color.reshape(style.height, style.samples, style.width, style.samples, 3)
     return to_levels(blocks.mean(axis=(1, 3))[::-1])
 
 
-def unit_normals(view: View) -> Floats:
-    """Unit normal of each face, zero where it has no area."""
+def find_normals(view: View) -> Floats:
+    """Return the unit normal of each face, zero where it has no area."""
     a, b, c = (view.points[view.faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
     return np.asarray(normal / np.where(length > 0, length, 1.0)[:, None])
 
 
-def light(view: View, camera: Camera, style: Style) -> Floats:
-    """Colour of each face: a warm sun from the upper left, a cool sky, and a little from the ground."""
-    normal = unit_normals(view)
+def light_faces(view: View, camera: Camera, style: Style) -> Floats:
+    """Color each face: a warm sun from the upper left, a cool sky, and a little from the ground."""
+    normal = find_normals(view)
     # A face seen from behind (an open or badly turned mesh) is lit as if it were turned.
     eye = camera.target + camera.distance * camera.axes[2]
     behind = np.einsum("ij,ij->i", normal, eye - view.points[view.faces[:, 0]]) < 0
@@ -225,8 +225,8 @@ def light(view: View, camera: Camera, style: Style) -> Floats:
     return np.asarray(np.clip((0.45 + direct + sky) * np.array(style.wall), 0.0, 1.0))
 
 
-def creases(view: View) -> NDArray[np.bool_]:
-    """Per face, whether its three edges are sharp, open, or shared by more than two faces; (m, 3)."""
+def find_creases(view: View) -> NDArray[np.bool_]:
+    """Return per face whether its three edges are sharp, open, or shared by more than two faces; (m, 3)."""
     places = np.unique(view.points, axis=0, return_inverse=True)[1].reshape(-1)[view.faces]
     halfedges = np.sort(np.stack([places, np.roll(places, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     edge, uses = np.unique(halfedges, axis=0, return_inverse=True, return_counts=True)[1:]
@@ -234,14 +234,14 @@ def creases(view: View) -> NDArray[np.bool_]:
     order = np.argsort(edge, kind="stable")
     starts = np.cumsum(uses) - uses
     first, last = order[starts] // 3, order[starts + uses - 1] // 3
-    normal = unit_normals(view)
+    normal = find_normals(view)
     bend = np.einsum("ij,ij->i", normal[first], normal[last])
     sharp = (uses != 2) | (np.abs(bend) < np.cos(np.radians(CREASE_DEGREES)))
     return np.asarray(sharp[edge].reshape(-1, 3))
 
 
-def nearest_faces(corners: Floats, columns: int, rows: int) -> Integers:
-    """For each sample the face in front there, -1 for none; `corners` are projected, (m, 3, 3)."""
+def find_nearest_faces(corners: Floats, columns: int, rows: int) -> Integers:
+    """Find for each sample the face in front there, -1 for none; `corners` are projected, (m, 3, 3)."""
     first = np.maximum(np.ceil(corners[:, :, :2].min(axis=1) - 0.5).astype(np.int64), 0)
     last = np.floor(corners[:, :, :2].max(axis=1) - 0.5).astype(np.int64)
     last = np.minimum(last, [columns - 1, rows - 1])
@@ -253,26 +253,25 @@ def nearest_faces(corners: Floats, columns: int, rows: int) -> Integers:
     ends = np.cumsum(counts[faces])
     for batch in np.split(faces, np.searchsorted(ends, np.arange(BATCH, ends[-1] if len(ends) else 0, BATCH))):
         if len(batch):
-            draw(corners, batch, first, spans, columns, nearness, owner)
+            draw_batch(corners, batch, (first, spans), columns, (nearness, owner))
     return owner
 
 
-def draw(
+def draw_batch(
     corners: Floats,
     batch: Integers,
-    first: Integers,
-    spans: Integers,
+    boxes: tuple[Integers, Integers],
     columns: int,
-    nearness: Floats,
-    owner: Integers,
+    seen: tuple[Floats, Integers],
 ) -> None:
-    """Test the samples in the boxes of a batch of faces, and enter those that are nearest."""
+    """Test the samples in the boxes of a batch of faces; enter the nearest into nearness and owner of each sample."""
+    (first, spans), (nearness, owner) = boxes, seen
     counts = spans[batch].prod(axis=1)
     face = np.repeat(batch, counts)
     rank = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts)
     x = first[face, 0] + rank % spans[face, 0]
     y = first[face, 1] + rank // spans[face, 0]
-    weights = [edge_function(corners, face, k, x, y) for k in range(3)]
+    weights = [evaluate_edge(corners, face, k, x, y) for k in range(3)]
     total = weights[0] + weights[1] + weights[2]
     sign = np.sign(total)
     hit = np.flatnonzero((sign != 0) & np.all([weight * sign >= 0 for weight in weights], axis=0))
@@ -291,8 +290,8 @@ def draw(
     owner[sample[final]] = face[final]
 
 
-def edge_function(corners: Floats, face: Integers, k: int, x: Integers, y: Integers) -> Floats:
-    """Twice the area between the k-th edge of each face and a sample's centre."""
+def evaluate_edge(corners: Floats, face: Integers, k: int, x: Integers, y: Integers) -> Floats:
+    """Return twice the area between the k-th edge of each face and a sample's center."""
     a, b = corners[:, k, :2], corners[:, (k + 1) % 3, :2]
     along = b - a
     offset_x, offset_y = x + 0.5 - a[face, 0], y + 0.5 - a[face, 1]
@@ -300,18 +299,18 @@ def edge_function(corners: Floats, face: Integers, k: int, x: Integers, y: Integ
     return area
 
 
-def distances_to_edges(flat: Floats, face: Integers, x: Integers, y: Integers) -> list[Floats]:
-    """Distance of each sample's centre to the three edges of its face, in samples."""
+def measure_edge_distances(flat: Floats, face: Integers, x: Integers, y: Integers) -> list[Floats]:
+    """Measure the distance of each sample's center to the three edges of its face, in samples."""
     found = []
     for k in range(3):
         length = np.linalg.norm(flat[:, (k + 1) % 3] - flat[:, k], axis=1)
         length[length == 0] = 1.0
-        found.append(np.abs(edge_function(flat, face, k, x, y)) / length[face])
+        found.append(np.abs(evaluate_edge(flat, face, k, x, y)) / length[face])
     return found
 
 
 def write_caption(sheet: Image, caption: str, middle: float, top: int) -> None:
-    """Write up to two centred lines, the first one larger."""
+    """Write up to two centered lines, the first one larger."""
     from PIL import ImageDraw, ImageFont
 
     pen = ImageDraw.Draw(sheet)
@@ -320,12 +319,12 @@ def write_caption(sheet: Image, caption: str, middle: float, top: int) -> None:
         pen.text((middle, top + (6, 46)[k]), line, fill=((30, 36, 44), (90, 98, 108))[k], font=font, anchor="ma")
 
 
-def to_levels(colour: Floats) -> NDArray[np.uint8]:
-    """Colours from 0..1 to 0..255."""
-    return np.round(np.clip(colour, 0.0, 1.0) * 255).astype(np.uint8)
+def to_levels(color: Floats) -> NDArray[np.uint8]:
+    """Scale colors from 0..1 to 0..255."""
+    return np.round(np.clip(color, 0.0, 1.0) * 255).astype(np.uint8)
 
 
-def to_bytes(colour: tuple[float, float, float]) -> tuple[int, int, int]:
-    """One colour from 0..1 to 0..255."""
-    red, green, blue = (round(255 * value) for value in colour)
+def to_bytes(color: tuple[float, float, float]) -> tuple[int, int, int]:
+    """Scale one color from 0..1 to 0..255."""
+    red, green, blue = (round(255 * value) for value in color)
     return red, green, blue
