@@ -172,6 +172,7 @@ def read_rows(path: Path) -> dict[tuple[str, str, str], dict[str, str]]:
         return {(row["file"], row["tolerance"], row["method"]): row for row in csv.DictReader(opened)}
 
 
+@pytest.mark.slow
 def test_the_figures_are_those_of_today(figures: Path) -> None:
     shown, today = (read_rows(folder / "buildings.csv") for folder in (ROOT / "docs", figures))
     assert list(shown) == list(today)

@@ -76,8 +76,8 @@ def test_order_does_not_matter(make, harder) -> None:
 
 @pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
 def test_same_bytes_from_run_to_run(make) -> None:
-    mesh = solids.noisy(solids.rotated(solids.subdivided(make(), 2)), 1e-5)
-    first, second = (bldsimp.simplify(mesh, 1e-4).mesh for _ in range(2))
+    mesh = solids.noisy(solids.rotated(solids.subdivided(make(), 2)), 1e-3)
+    first, second = (bldsimp.simplify(mesh, 1e-2).mesh for _ in range(2))
     assert [a.tobytes() for a in first] == [a.tobytes() for a in second]
 
 

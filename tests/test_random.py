@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import random_shapes
 import solids
-from example_count import try_examples
 from hypothesis import given
 from hypothesis import strategies as st
 from judged import broken, simplified
+from quick import split_seeds, try_examples
 from random_shapes import PLACES, SPOILS, cut_finely, random_shape
 from solids import Shape
 
@@ -45,7 +45,7 @@ def test_order_does_not_matter(mesh: Shape, share: float | None, seed: int) -> N
     assert judge.triangles(first.after) == judge.triangles(other.after)
 
 
-@pytest.mark.parametrize("seeds", [range(12), pytest.param(range(12, 60), marks=pytest.mark.slow)], ids=["few", "many"])
+@pytest.mark.parametrize("seeds", split_seeds(12, 60))
 def test_random_shapes_keep_every_promise(seeds: range) -> None:
     for seed in seeds:
         mesh, story = random_shape(seed)

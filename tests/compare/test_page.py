@@ -594,6 +594,7 @@ def test_colours_are_those_of_the_distances_at_their_place(browser: Any, tmp_pat
     assert page.errors() == []
 
 
+@pytest.mark.slow
 def test_a_million_triangles_open_and_stay_responsive(browser: Any, tmp_path: Path) -> None:
     original, result = hill(708), hill(300)
     rows = [row("original", original), row("improved", result, 0.01), row("fast-simplification", hill(50), 0.02)]

@@ -9,9 +9,9 @@ from fractions import Fraction
 import numpy as np
 import oracle
 import pytest
-from example_count import try_examples
 from hypothesis import given
 from hypothesis import strategies as st
+from quick import try_examples
 
 from bldsimp import _core
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import oracle
 import pytest
-from example_count import try_examples
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from planar import area, checked, cross, ring, shapes
+from quick import try_examples
 from scipy.spatial import Delaunay
 
 from bldsimp import TopologyError, triangulate
