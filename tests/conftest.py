@@ -28,17 +28,21 @@ def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("slow" if config.getoption("--slow") else "quick")
 
 
+def is_slow(item: pytest.Item) -> bool:
+    """Return whether a test waits for a slow run: it is marked, or starts a browser."""
+    return item.get_closest_marker("slow") is not None or "browser" in item.fixturenames
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Skip slow tests, or with `--slow` leave out all others but those that try random examples."""
-    if not config.getoption("--slow"):
-        for item in items:
-            if item.get_closest_marker("slow"):
-                item.add_marker(pytest.mark.skip(reason=SLOW))
+    if config.getoption("--slow"):
+        wanted = [is_slow(item) or hasattr(item.obj, "hypothesis") for item in items]
+        config.hook.pytest_deselected(items=[item for item, kept in zip(items, wanted, strict=True) if not kept])
+        items[:] = [item for item, kept in zip(items, wanted, strict=True) if kept]
         return
-    wanted = [item for item in items if item.get_closest_marker("slow") or hasattr(item.obj, "hypothesis")]
-    kept = set(wanted)
-    config.hook.pytest_deselected(items=[item for item in items if item not in kept])
-    items[:] = wanted
+    for item in items:
+        if is_slow(item):
+            item.add_marker(pytest.mark.skip(reason=SLOW))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
