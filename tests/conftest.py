@@ -51,10 +51,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         report.longrepr[2].removeprefix("Skipped: ") if isinstance(report.longrepr, tuple) else str(report.longrepr)
         for report in terminalreporter.stats.get("skipped", [])
     )
-    lines = [f"{count} {reason}" for reason, count in reasons.most_common(2)]
-    rest = [f"{reason} ({count})" for reason, count in reasons.most_common()[2:]]
-    if rest:
-        lines.append(f"{sum(count for _, count in reasons.most_common()[2:])} for other reasons: {'; '.join(rest)}")
+    ordered = [f"{count} {reason}" for reason, count in reasons.most_common()]
+    lines = [*ordered[:2], "; ".join(ordered[2:])] if len(ordered) > 2 else ordered
     for number, line in enumerate(lines):
         terminalreporter.write_line(f"{'        ' if number else 'skipped '} {line}")
 

@@ -5,4 +5,4 @@
 set -eu
 cd "$(dirname "$0")/.."
 sh setup.sh test
-exec .venv/bin/python -m pytest -n auto "$@"
+exec .venv/bin/python -m pytest -n logical "$@"

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quick import defer
 
 pytest.importorskip("matplotlib", reason="the extra 'plots' is not installed")
 
@@ -118,7 +119,7 @@ def test_a_file_that_failed_shows_why_and_the_others_are_drawn() -> None:
     assert "line 3 is no point" in words(write_plot([unreadable()], ".svg"))
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 7])
+@pytest.mark.parametrize("count", defer([1, 2, 3, 4, 7], [2, 4, 7]))
 def test_a_panel_per_building_and_none_hides_another(count: int) -> None:
     figure = chart([house(f"{k}.obj") for k in range(count)])
     figure.draw_without_rendering()
