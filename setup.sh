@@ -1,9 +1,9 @@
 #!/bin/sh
-# Makes .venv with bldsimp in it, and remakes only what has changed since the last time.
+# Makes .venv with bldsimp in it, and rebuilds only what has changed since the last time.
 #
-# usage: sh setup.sh [EXTRAS]      EXTRAS as in pyproject.toml: test, pictures, plots, bench, compressed; several
-#                              with commas
-# needs: Python 3.10 or later and a C++20 compiler; everything else comes through pip.
+# usage: sh setup.sh [EXTRAS]      EXTRAS as in pyproject.toml, with commas: test, lint, pictures, plots, bench,
+#                                  compressed
+# needs: Python 3.10 or later and a C++20 compiler; pip fetches everything else.
 # Set PYTHON to choose the interpreter of a new .venv.
 set -eu
 cd "$(dirname "$0")"
@@ -13,7 +13,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_REQUIRE_VIRTUALENV=0
 
 say() { echo "setup: $*" >&2; }
 fail() { say "$*"; exit 1; }
-# A name may be a launcher of a version that is not installed, so each is tried by running it.
+# Run each candidate: its name may be a launcher of a version that is not installed.
 new_enough() { "$1" -c 'import sys; sys.exit(sys.version_info < (3, 10))' >/dev/null 2>&1; }
 
 find_python() {
@@ -29,7 +29,8 @@ make_venv() {
     "$base" -m venv --clear .venv >&2 || fail "no venv module: install it (Debian: python3-venv), then run again"
 }
 
-# What an editable install depends on. It knows Python files by their names: an edit needs no reinstallation, a new name does.
+# Print what an editable install depends on. It knows Python files by name: a new name needs a new installation, an
+# edit does not.
 state() {
     "$python" --version
     pwd
@@ -48,15 +49,15 @@ install() {
     say "building and installing bldsimp into .venv (a minute or two)"
     "$python" -m pip --version >/dev/null 2>&1 || "$python" -m ensurepip --upgrade >/dev/null
     "$python" -m pip install -qq "scikit-build-core>=0.11" "nanobind>=2.4"
-    # The build backend itself knows whether this machine's cmake and ninja will do.
+    # Ask the build backend whether it needs its own cmake and ninja.
     tools=$("$python" -c 'from scikit_build_core.build import get_requires_for_build_editable as needed
 print(*(each.replace(" ", "") for each in needed()))')
     # shellcheck disable=SC2086  # one word for each requirement
     [ -z "$tools" ] || "$python" -m pip install -qq $tools
     most=$(echo ",$extras," | sed 's/,compressed,/,/; s/^,//; s/,$//')
     PATH="$PWD/.venv/bin:$PATH" "$python" -m pip install -qq --no-build-isolation -e ".${most:+[$most]}" ||
-        fail "the build failed, see above; \"rm -rf build .venv\" starts afresh"
-    # What this extra names may have to be built, too, with tools of its own.
+        fail "the build failed, see above; \"rm -rf build .venv\" starts again"
+    # Packages of this extra may need a build with tools of their own.
     case ",$extras," in *,compressed,*) install_decoders ;; esac
 }
 
@@ -64,7 +65,7 @@ install_decoders() {
     decoders=$("$python" -c 'from importlib.metadata import requires
 print(*(each.split(";")[0].replace(" ", "") for each in requires("bldsimp") or () if "compressed" in each))')
     # shellcheck disable=SC2086  # one word for each requirement
-    "$python" -m pip install -qq $decoders || fail "what reads compressed glTF cannot be installed, see above"
+    "$python" -m pip install -qq $decoders || fail "the decoders of compressed glTF cannot be installed, see above"
 }
 
 new_enough "$python" || make_venv
@@ -72,7 +73,7 @@ stamp=".venv/bldsimp-${extras:-base}.stamp"
 now=$(state)
 if [ "$now" != "$(cat "$stamp" 2>/dev/null)" ]; then
     install
-    # A rebuild serves all extras, but only those of this run are sure to be installed.
+    # A rebuild serves all extras, but only the extras of this run are certainly installed.
     state >"$stamp"
     [ "$extras" = "" ] || cp "$stamp" .venv/bldsimp-base.stamp
 fi

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 from conftest import ROOT
+from quick import defer
 from scipy.spatial import cKDTree
 
 sys.path.insert(0, str(ROOT / "examples"))
@@ -25,8 +27,14 @@ BUILDINGS = {"building_a": build_house, "building_b": build_tower}
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
+@cache
+def build(name: str) -> Model:
+    """Return the construction of a building."""
+    return BUILDINGS[name]()
+
+
 def load(path: Path) -> trimesh.Trimesh:
-    """A mesh as it is stored, z upwards."""
+    """Read a mesh as it is stored, z upwards."""
     mesh = trimesh.load_mesh(path, process=False)
     if path.suffix == ".glb":
         mesh.vertices = mesh.vertices @ Z_UP.T
@@ -70,23 +78,23 @@ def test_tessellation_keeps_volume_and_closure(edge: float) -> None:
     assert np.linalg.norm(np.diff(points[mesh.edges_unique], axis=1), axis=-1).max() < max(edge * 3, 1.5)
 
 
-@pytest.mark.parametrize("name", BUILDINGS)
-@pytest.mark.parametrize("suffix", ["obj", "glb"])
-def test_building_is_a_closed_solid_of_its_construction(data: Path, name: str, suffix: str) -> None:
-    mesh = load(data / f"{name}.{suffix}")
-    model = BUILDINGS[name]()
+@pytest.mark.parametrize("name", defer(BUILDINGS, ["building_b"]))
+def test_building_is_a_closed_solid_of_its_construction(data: Path, name: str) -> None:
+    model = build(name)
     plain = trimesh.Trimesh(*tessellate(model, 1e9), process=False)
     assert len(plain.vertices) == model.count_corners()
     assert len(plain.faces) == model.count_fewest_triangles()
-    assert mesh.is_watertight
-    assert mesh.is_winding_consistent
-    assert len(np.unique(mesh.vertices, axis=0)) == len(mesh.vertices)
-    assert mesh.euler_number == plain.euler_number
-    assert mesh.body_count == plain.body_count
-    assert mesh.volume == pytest.approx(plain.volume, rel=1e-6)
-    assert mesh.area == pytest.approx(plain.area, rel=1e-6)
-    assert len(mesh.vertices) > 10 * model.count_corners()
-    assert cKDTree(mesh.vertices).query(plain.vertices)[0].max() < 4e-6
+    for suffix in ("obj", "glb"):
+        mesh = load(data / f"{name}.{suffix}")
+        assert mesh.is_watertight
+        assert mesh.is_winding_consistent
+        assert len(np.unique(mesh.vertices, axis=0)) == len(mesh.vertices)
+        assert mesh.euler_number == plain.euler_number
+        assert mesh.body_count == plain.body_count
+        assert mesh.volume == pytest.approx(plain.volume, rel=1e-6)
+        assert mesh.area == pytest.approx(plain.area, rel=1e-6)
+        assert len(mesh.vertices) > 10 * model.count_corners()
+        assert cKDTree(mesh.vertices).query(plain.vertices)[0].max() < 4e-6
 
 
 @pytest.mark.parametrize("name", BUILDINGS)
@@ -99,7 +107,7 @@ def test_both_forms_are_one_model(data: Path, name: str) -> None:
 @pytest.mark.parametrize("name", BUILDINGS)
 @pytest.mark.parametrize("suffix", ["obj", "glb"])
 def test_simplify_finds_the_fewest_points_of_the_construction(data: Path, name: str, suffix: str) -> None:
-    model = BUILDINGS[name]()
+    model = build(name)
     _, report = simplify_scene(read(data / f"{name}.{suffix}", suffix), Options())
     assert report.after.points == model.count_corners()
     assert report.after.triangles == model.count_fewest_triangles()
@@ -109,11 +117,11 @@ def test_simplify_finds_the_fewest_points_of_the_construction(data: Path, name: 
 
 
 @pytest.mark.parametrize("name", BUILDINGS)
-@pytest.mark.parametrize("percent", [0.1, 0.5, 2.0])
+@pytest.mark.parametrize("percent", defer([0.1, 0.5, 2.0], [0.1, 2.0]))
 def test_a_wide_tolerance_keeps_no_more_points_than_the_default(data: Path, name: str, percent: float) -> None:
     scene = read(data / f"{name}.obj", "obj")
     _, report = simplify_scene(scene, Options(tolerance=Tolerance(percent, "percent")))
-    assert report.after.points <= BUILDINGS[name]().count_corners()
+    assert report.after.points <= build(name).count_corners()
     assert report.after.watertight
     assert report.deviation <= report.tolerance
 

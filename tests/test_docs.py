@@ -1,4 +1,4 @@
-"""What the documents name is there: every function under its name, in the file that is linked."""
+"""What the documents name is there, and they are as plain and short as they should be."""
 
 from __future__ import annotations
 
@@ -12,18 +12,47 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
+from bldsimp import _core
+from bldsimp.cli import main
+
 DOCS = sorted((ROOT / "docs").glob("*.md"))
-LINK = re.compile(r"\[([^\]]*)\]\(([^):#]+)\)")
+ALL = [*sorted(ROOT.glob("*.md")), *DOCS]
+ARCHITECTURE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+LINK = re.compile(r"\[([^\]]*)\]\(([^):#]*)(?:#([^)]*))?\)")
+OF_OTHERS = {"--slow", "--no-save"}
+"""Options of pytest and npm."""
+
+LONGEST_SENTENCE = 30
+PLAIN = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "compare.md", "decisions.md", "formats.md",
+         "from_the_article.md")  # fmt: skip
 
 
-def links(document: Path) -> list[tuple[str, Path]]:
-    """Words and target of each link to a file."""
+def find_links(document: Path) -> list[tuple[str, Path, str]]:
+    """Return words, target and anchor of each link to a file."""
     text = document.read_text(encoding="utf-8")
-    return [(words, (document.parent / target).resolve()) for words, target in LINK.findall(text)]
+    return [
+        (words, (document.parent / target).resolve() if target else document, anchor)
+        for words, target, anchor in LINK.findall(text)
+        if not target.startswith("http")
+    ]
+
+
+def find_anchors(document: Path) -> set[str]:
+    """Return the anchors that GitHub gives to the headings of a document."""
+    headings = re.findall(r"^#+ (.*)$", document.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def find_sentences(text: str) -> list[str]:
+    """Return the sentences of a Markdown text, without tables and code."""
+    text = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+    text = "\n".join(line for line in text.splitlines() if not line.startswith(("|", "!", "    ")))
+    blocks = re.split(r"\n\s*\n|\n(?=\s*[-*] |\s*\d+\. |#)", LINK.sub(r"\1", text))
+    return [one for block in blocks for one in re.split(r"(?<=[.?!])\s+(?=[A-Z`*(])", " ".join(block.split()))]
 
 
 def python_names(source: str) -> set[str]:
-    """Functions, methods, classes and top-level values that a module defines."""
+    """Return functions, methods, classes and top-level values that a module defines."""
     tree = ast.parse(source)
     definitions = (ast.FunctionDef, ast.ClassDef)
     names = {node.name for node in ast.walk(tree) if isinstance(node, definitions)}
@@ -34,7 +63,7 @@ def python_names(source: str) -> set[str]:
 
 
 def cpp_names(source: str) -> set[str]:
-    """Functions that a file declares or defines, and its types, with and without their namespace."""
+    """Return functions that a file declares or defines, and its types, with and without their namespace."""
     code = re.sub(r"//.*", "", source)
     names = set(re.findall(r"^\s*(?:struct|class|enum class)\s+(\w+)", code, re.MULTILINE))
     # A name that follows a type and precedes an open bracket; a call follows an operator or opens a line.
@@ -47,15 +76,55 @@ def cpp_names(source: str) -> set[str]:
     return names
 
 
-@pytest.mark.parametrize("document", DOCS, ids=lambda path: path.name)
+@pytest.mark.parametrize("document", ALL, ids=lambda path: path.name)
 def test_links_lead_somewhere(document: Path) -> None:
-    missing = [str(target) for _, target in links(document) if not target.exists()]
-    assert missing == []
+    for _, target, anchor in find_links(document):
+        assert target.exists(), target
+        assert not anchor or anchor in find_anchors(target), anchor
+
+
+@pytest.mark.parametrize("document", [path for path in ALL if path.name in PLAIN], ids=lambda path: path.name)
+def test_sentences_are_short(document: Path) -> None:
+    sentences = find_sentences(document.read_text(encoding="utf-8"))
+    assert [one for one in sentences if len(one.split()) > LONGEST_SENTENCE] == []
+
+
+def test_options_that_texts_name_exist(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("simplify", "inspect", "compare", "batch"):
+        assert main([command, "--help"]) == 0
+    known = set(re.findall(r"--[a-z][a-z-]+", capsys.readouterr().out)) | OF_OTHERS
+    for document in ALL:
+        told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", document.read_text(encoding="utf-8")))
+        assert told <= known | {"--help"}, document.name
+
+
+def test_the_architecture_is_short() -> None:
+    assert len(ARCHITECTURE.split()) <= 1500
+
+
+def test_the_tree_of_the_architecture_is_that_of_the_checkout() -> None:
+    tree = ARCHITECTURE.split("## The tree")[1].split("```")[1]
+    named = set()
+    for line in tree.strip().splitlines():
+        folder = ROOT / "bldsimp" if line.startswith(" ") else ROOT
+        names = re.split(r"\s{3,}", line.strip())[0].split()
+        assert all((folder / name).exists() for name in names), line
+        named |= {(folder / name).resolve() for name in names}
+    rooms = {path for path in (ROOT / "bldsimp").iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert rooms <= named
+
+
+def test_the_kernels_that_the_architecture_names_exist() -> None:
+    rows = ARCHITECTURE.split("| stage | kernel |")[1].split("\n\n")[0].splitlines()[2:]
+    assert len(rows) >= 10
+    for row in rows:
+        for name in re.findall(r"`(\w+)`", row.split("|")[2]):
+            assert callable(getattr(_core, name)), name
 
 
 @pytest.mark.parametrize("document", DOCS, ids=lambda path: path.name)
 def test_names_are_defined_in_the_files_they_link_to(document: Path) -> None:
-    named = [(words.strip("`"), target) for words, target in links(document) if words.startswith("`")]
+    named = [(words.strip("`"), target) for words, target, _ in find_links(document) if words.startswith("`")]
     named = [(name, target) for name, target in named if target.suffix in (".py", ".cpp", ".hpp")]
     named = [(name, target) for name, target in named if "/" not in name]
     for name, target in named:
@@ -89,7 +158,7 @@ def test_each_formula_step_and_figure_of_the_article_has_its_row() -> None:
 
 @pytest.fixture(scope="module")
 def figures(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the one command that makes the figures writes today."""
+    """Run the one command that makes the figures, into a folder of its own."""
     pytest.importorskip("matplotlib", reason="the extra 'plots' is not installed")
     pytest.importorskip("PIL", reason="the extra 'pictures' is not installed")
     folder = tmp_path_factory.mktemp("figures")
@@ -97,14 +166,15 @@ def figures(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def rows_of(path: Path) -> dict[tuple[str, str, str], dict[str, str]]:
-    """Rows of a CSV by file, tolerance and method."""
+def read_rows(path: Path) -> dict[tuple[str, str, str], dict[str, str]]:
+    """Return the rows of a CSV by file, tolerance and method."""
     with path.open(encoding="utf-8", newline="") as opened:
         return {(row["file"], row["tolerance"], row["method"]): row for row in csv.DictReader(opened)}
 
 
+@pytest.mark.slow
 def test_the_figures_are_those_of_today(figures: Path) -> None:
-    shown, today = (rows_of(folder / "buildings.csv") for folder in (ROOT / "docs", figures))
+    shown, today = (read_rows(folder / "buildings.csv") for folder in (ROOT / "docs", figures))
     assert list(shown) == list(today)
     for key, row in today.items():
         for name in ("points", "triangles", "watertight", "border_made", "note"):
@@ -117,7 +187,7 @@ def test_the_figures_are_those_of_today(figures: Path) -> None:
 
 
 def test_the_table_is_the_csv_and_improved_never_has_more_points_than_standard() -> None:
-    rows = rows_of(ROOT / "docs" / "buildings.csv")
+    rows = read_rows(ROOT / "docs" / "buildings.csv")
     text = (ROOT / "docs" / "from_the_article.md").read_text(encoding="utf-8")
     files = dict.fromkeys(file for file, _, _ in rows)
     tolerances = dict.fromkeys(tolerance for _, tolerance, _ in rows)

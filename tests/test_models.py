@@ -7,6 +7,7 @@ from pathlib import Path
 import judge
 import numpy as np
 import pytest
+from quick import LARGE_MODELS, defer
 
 from bldsimp.io import SUFFIXES, read
 from bldsimp.model import Faces, Flags, Mesh, Points, Scene, SimplifiedMesh
@@ -34,6 +35,7 @@ MODELS = (
     "textured/khronos_NegativeScaleTest.glb", "textured/khronos_SimpleInstancing.glb",
     "textured/trimesh_no_indices_3storybuilding.glb",
 )  # fmt: skip
+BUILDINGS = ("building_a.obj", "building_b.obj", "building_a.glb", "building_b.glb")
 SLOW_WHEN_ROUGH = {"exact/cesium_building_tower.glb", "exact/oversampled_100k.glb"}
 
 
@@ -73,13 +75,13 @@ def points_of(meshes: list[Mesh]) -> int:
     return sum(len(judge.surface(mesh.points, mesh.faces).points) for mesh in meshes)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", defer(MODELS, LARGE_MODELS))
 def test_models_keep_every_promise(name: str, models: Path) -> None:
     judged(scene_of(models / name), Tolerance())
 
 
 @pytest.mark.parametrize("tolerance", [Tolerance(), Tolerance(1e-4, "percent"), Tolerance(9e-4, "percent")], ids=str)
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", defer(MODELS, LARGE_MODELS))
 def test_a_second_run_drops_next_to_nothing(name: str, tolerance: Tolerance, models: Path) -> None:
     scene = scene_of(models / name)
     options = Options(tolerance=tolerance, delimit=frozenset())
@@ -98,7 +100,7 @@ def find_nothing(points: Points, faces: Faces, *_: object) -> tuple[Flags, list[
     return np.zeros(len(faces), np.uint8), []
 
 
-@pytest.mark.parametrize("name", ROUGH)
+@pytest.mark.parametrize("name", defer(ROUGH, LARGE_MODELS))
 def test_models_keep_every_promise_at_a_rough_tolerance(
     name: str, models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -106,7 +108,7 @@ def test_models_keep_every_promise_at_a_rough_tolerance(
     judged(scene_of(models / name), Tolerance(1.0, "percent"))
 
 
-@pytest.mark.parametrize("name", ROUGH)
+@pytest.mark.parametrize("name", defer(ROUGH, LARGE_MODELS))
 def test_models_stay_within_a_rough_tolerance_where_bodies_go(name: str, models: Path) -> None:
     scene = scene_of(models / name)
     lights, report = simplify_scene(scene, Options(tolerance=Tolerance(1.0, "percent"), delimit=frozenset()))
@@ -127,7 +129,7 @@ def test_no_model_is_forgotten(models: Path) -> None:
     assert found == set(MODELS)
 
 
-@pytest.mark.parametrize("name", ["building_a.obj", "building_b.obj", "building_a.glb", "building_b.glb"])
+@pytest.mark.parametrize("name", defer(BUILDINGS, BUILDINGS[1:]))
 def test_a_second_run_on_our_own_buildings_changes_nothing(name: str, data: Path) -> None:
     scene = scene_of(data / name)
     scene.meshes = once = judged(scene, Tolerance())

@@ -139,6 +139,7 @@ def test_nothing_to_draw_is_an_error() -> None:
         draw_picture([View(np.zeros((3, 3)), np.zeros((0, 3), dtype=int), "")], SMALL)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("script", "source", "shown"),
     [

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import solids
 from judged import broken, simplified
+from quick import defer
 from solids import HARDER, SHAPES, Shape
 
 import bldsimp
@@ -21,17 +22,18 @@ def as_it_is(mesh: Shape) -> Shape:
     return mesh
 
 
-@pytest.mark.parametrize("harder", [as_it_is, *HARDER.values()], ids=lambda make: make.__name__)
+WAYS = [as_it_is, solids.two_sided, solids.rotated]
+WAYS += [harder for harder in HARDER.values() if harder not in WAYS]
+"""Ways to make a shape harder; a quick run tries the first three."""
+
+
+@pytest.mark.parametrize("harder", defer(WAYS, WAYS[3:]), ids=lambda make: make.__name__)
 @pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
 def test_every_shape_keeps_every_promise(make, harder) -> None:
     mesh = harder(make())
     for share in SHARES:
         case = simplified(mesh, share=share)
         assert broken(case) == [], share
-
-
-def subdivided_solids() -> dict[str, Shape]:
-    return {name: solids.subdivided(make(), 2) for name, make in SHAPES.items()}
 
 
 CORNERS = {
@@ -63,7 +65,7 @@ def test_corners_alone_stay_however_the_file_is_made(name: str, change) -> None:
 # The same whatever the order
 
 
-@pytest.mark.parametrize("harder", [as_it_is, *HARDER.values()], ids=lambda make: make.__name__)
+@pytest.mark.parametrize("harder", WAYS, ids=lambda make: make.__name__)
 @pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
 def test_order_does_not_matter(make, harder) -> None:
     mesh = harder(solids.subdivided(make()))
@@ -76,8 +78,8 @@ def test_order_does_not_matter(make, harder) -> None:
 
 @pytest.mark.parametrize("make", SHAPES.values(), ids=SHAPES)
 def test_same_bytes_from_run_to_run(make) -> None:
-    mesh = solids.noisy(solids.rotated(solids.subdivided(make(), 2)), 1e-5)
-    first, second = (bldsimp.simplify(mesh, 1e-4).mesh for _ in range(2))
+    mesh = solids.noisy(solids.rotated(solids.subdivided(make(), 2)), 1e-3)
+    first, second = (bldsimp.simplify(mesh, 1e-2).mesh for _ in range(2))
     assert [a.tobytes() for a in first] == [a.tobytes() for a in second]
 
 

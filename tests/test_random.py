@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import judge
 import numpy as np
+import pytest
 import random_shapes
 import solids
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from judged import broken, simplified
+from quick import split_seeds, try_examples
 from random_shapes import PLACES, SPOILS, cut_finely, random_shape
 from solids import Shape
 
@@ -28,13 +30,13 @@ def unions_of_cells(draw) -> Shape:
     return draw(st.sampled_from(PLACES))(mesh, rng)
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@try_examples(150, derandomize=True)
 @given(mesh=unions_of_cells(), share=SHARES)
 def test_unions_of_cells_keep_every_promise(mesh: Shape, share: float | None) -> None:
     assert broken(simplified(mesh, share=share)) == []
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@try_examples(60, derandomize=True)
 @given(mesh=unions_of_cells(), share=SHARES, seed=st.integers(0, 9))
 def test_order_does_not_matter(mesh: Shape, share: float | None, seed: int) -> None:
     first = simplified(mesh, share=share)
@@ -43,8 +45,9 @@ def test_order_does_not_matter(mesh: Shape, share: float | None, seed: int) -> N
     assert judge.triangles(first.after) == judge.triangles(other.after)
 
 
-def test_random_shapes_keep_every_promise() -> None:
-    for seed in range(60):
+@pytest.mark.parametrize("seeds", split_seeds(12, 60))
+def test_random_shapes_keep_every_promise(seeds: range) -> None:
+    for seed in seeds:
         mesh, story = random_shape(seed)
         for share in (None, 0.0, 9e-6, 1e-2):
             assert broken(simplified(mesh, share=share), 100) == [], f"seed {seed}: {story}, share {share}"

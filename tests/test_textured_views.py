@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 from conftest import ROOT, models_folder
+from quick import defer
 from shapes import Gltf, glb_parts, glb_values
 
 pytest.importorskip("PIL", reason="the extra 'pictures' is not installed")
@@ -35,8 +36,11 @@ HOUSE_OBJ = HOUSE.with_suffix(".obj")
 TEXTURED = sorted(
     path for path in (models_folder() / "textured").rglob("*") if path.suffix in (".glb", ".gltf", ".obj")
 )
+SLOW = [pytest.mark.slow]
 OUR_WAYS = [
-    pytest.param(source, suffix, id=f"{source.suffix[1:]}-{suffix}")
+    pytest.param(
+        source, suffix, id=f"{source.suffix[1:]}-{suffix}", marks=[] if source.suffix == f".{suffix}" else SLOW
+    )
     for source in (HOUSE, HOUSE_OBJ)
     for suffix in ("glb", "gltf", "obj")
 ]
@@ -104,6 +108,7 @@ def with_noise(glb: bytes, size: float) -> bytes:
     return document.glb()
 
 
+@pytest.mark.slow
 def test_a_rough_house_looks_the_same_within_a_tolerance_that_takes_the_roughness(tmp_path: Path) -> None:
     source, target = tmp_path / "rough.glb", tmp_path / "light.glb"
     source.write_bytes(with_noise(HOUSE.read_bytes(), 0.004))
@@ -113,7 +118,7 @@ def test_a_rough_house_looks_the_same_within_a_tolerance_that_takes_the_roughnes
     assert len(read_model(target).corners) < 0.1 * len(read_model(source).corners)
 
 
-@pytest.mark.parametrize("suffix", ["ply", "glb", "obj"])
+@pytest.mark.parametrize("suffix", defer(["ply", "glb", "obj"], ["glb", "obj"]))
 @pytest.mark.parametrize("on", ["vertices", "faces"])
 def test_colors_of_a_ply_look_the_same(on: str, suffix: str, tmp_path: Path) -> None:
     points, faces = tessellate(build_terrace(), 0.4)
@@ -129,6 +134,7 @@ def test_colors_of_a_ply_look_the_same(on: str, suffix: str, tmp_path: Path) -> 
     assert found.local < LOCAL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [Tolerance(), Tolerance(0.1, "percent")], ids=["auto", "wide"])
 @pytest.mark.parametrize("source", TEXTURED, ids=lambda path: path.name)
 def test_third_party_models_look_the_same(source: Path, tolerance: Tolerance, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import judge
 import numpy as np
 import pytest
 import solids
+from quick import LARGE_MODELS, defer
 from random_shapes import random_shape
 from solids import Shape
 from test_models import MODELS, SLOW_WHEN_ROUGH, scene_of
@@ -343,7 +344,7 @@ def test_our_own_buildings_need_more_points(name: str, data: Path) -> None:
     compare_methods(data / name, Tolerance(0.1, "percent"))
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", defer(MODELS, LARGE_MODELS))
 def test_no_model_needs_fewer_points(name: str, models: Path) -> None:
     compare_methods(models / name, Tolerance())
     if name not in SLOW_WHEN_ROUGH:

@@ -6,6 +6,7 @@ import judge
 import numpy as np
 import pytest
 import solids
+from quick import defer
 from solids import Shape
 
 from bldsimp import _core
@@ -46,7 +47,7 @@ def test_noise_goes_and_what_was_closed_stays_closed(seed: int) -> None:
 
 
 @pytest.mark.parametrize("make", [solids.frame, solids.moebius, solids.plate_with_holes, solids.room_with_cavity])
-@pytest.mark.parametrize("tolerance", [0.01, 0.1, 1.0])
+@pytest.mark.parametrize("tolerance", defer([0.01, 0.1, 1.0], [0.01]))
 def test_topology_and_bound_hold_at_any_tolerance(make, tolerance: float) -> None:  # type: ignore[no-untyped-def]
     mesh = solids.subdivided(make(), 2)
     result, found = collapsed(mesh, tolerance)

@@ -11,6 +11,7 @@ import pytest
 import solids
 from judged import simplified
 from numpy.typing import NDArray
+from quick import LARGE_MODELS, defer
 
 from bldsimp import _core
 from bldsimp.io import read
@@ -94,7 +95,7 @@ def expected(points: NDArray[np.float64], faces: list[list[int]]) -> list[tuple[
     return [(f, g) for f, g in pairs if oracle(points[faces[f]], points[faces[g]])]
 
 
-@pytest.mark.parametrize("size", [2, 3, 4, 7])
+@pytest.mark.parametrize("size", defer([2, 3, 4, 7], [3, 7]))
 def test_grid_triangles_cross_as_fractions_tell(size: int) -> None:
     """Small grids hold every kind of touching: shared corners and edges, corners on edges, one plane."""
     rng = np.random.default_rng(size)
@@ -192,7 +193,7 @@ CLEAN = (
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES, ids=str)
-@pytest.mark.parametrize("name", CLEAN)
+@pytest.mark.parametrize("name", defer(CLEAN, LARGE_MODELS))
 def test_models_do_not_come_to_cross(name: str, tolerance: Tolerance, models: Path) -> None:
     assert before_and_after(models / name, tolerance)[:2] == (0, 0)
 
@@ -259,7 +260,7 @@ def sheets(cells: int, gap: float, noise: float, waves: float, layers: int = 2) 
     return solids.shape(points, np.concatenate([sheet + k * corner.size for k in range(layers)]))
 
 
-@pytest.mark.parametrize("cells", [20, 80])
+@pytest.mark.parametrize("cells", defer([20, 80], [80]))
 def test_sheets_nearer_than_the_tolerance_do_not_come_to_cross(cells: int) -> None:
     """The larger ones are collapsed in blocks."""
     points, faces = sheets(cells, 0.1, 0.04, 1.0)

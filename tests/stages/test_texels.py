@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import ROOT
+from quick import split_seeds
 from texels import INTERPOLATED, Dressed, displacement, dressed
 from textured_shapes import COLOURS, MAPS, PLACES, SOURCES, in_rows, planar, textured_shape, wall_of_face
 
@@ -96,8 +97,9 @@ def test_every_source_map_and_place_comes_up() -> None:
 # Random shapes
 
 
-def test_random_textures_stay_within_half_a_texel_and_what_the_report_says() -> None:
-    for seed in SEEDS:
+@pytest.mark.parametrize("seeds", split_seeds(20, 100))
+def test_random_textures_stay_within_half_a_texel_and_what_the_report_says(seeds: range) -> None:
+    for seed in seeds:
         mesh, story = textured_shape(seed)
         light, report = simplified(mesh)
         assert dressed(mesh, light).torn == 0, f"seed {seed}: {story}"
@@ -107,10 +109,11 @@ def test_random_textures_stay_within_half_a_texel_and_what_the_report_says() -> 
         assert off(mesh, light, report, "color", back=True) <= COLOR_TOLERANCE + ROUNDED, f"seed {seed}: {story}"
 
 
+@pytest.mark.parametrize("seeds", split_seeds(20, 100))
 @pytest.mark.parametrize("percent", [0.1, 1.0, 5.0])
-def test_textures_follow_points_that_move(percent: float) -> None:
+def test_textures_follow_points_that_move(percent: float, seeds: range) -> None:
     """What the result shows is what the original shows within reach; what is narrower than that may go."""
-    for seed in SEEDS:
+    for seed in seeds:
         mesh, story = textured_shape(seed)
         light, report = simplified(mesh, percent)
         told = (report.texels or 0.0) + ROUNDED

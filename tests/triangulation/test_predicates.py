@@ -9,8 +9,9 @@ from fractions import Fraction
 import numpy as np
 import oracle
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from quick import try_examples
 
 from bldsimp import _core
 
@@ -126,7 +127,7 @@ def test_neighbouring_quadrants_are_a_case_of_the_poles(grid_triples):
     assert (told[differ] == np.sign(left - right)[differ]).all()
 
 
-@settings(max_examples=50)
+@try_examples(50)
 @given(st.integers(-900, 900), st.integers(0, 2**32))
 def test_signs_survive_scaling_by_a_power_of_two(power, seed):
     points = np.random.default_rng(seed).random((4, 50, 2))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import oracle
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from planar import area, checked, cross, ring, shapes
+from quick import try_examples
 from scipy.spatial import Delaunay
 
 from bldsimp import TopologyError, triangulate
@@ -15,7 +16,7 @@ from bldsimp import TopologyError, triangulate
 # Against others.
 
 
-@settings(max_examples=40, deadline=None)
+@try_examples(40)
 @given(st.integers(4, 120), st.integers(0, 2**32))
 def test_agrees_with_scipy(count, seed):
     points = np.random.default_rng(seed).random((count, 2))
@@ -53,7 +54,7 @@ def closed_chain(points: np.ndarray, rng: np.random.Generator) -> list[tuple[int
     return [(int(a), int(b)) for a, b in zip(order, np.roll(order, -1), strict=True)]
 
 
-@settings(max_examples=60, deadline=None)
+@try_examples(60)
 @given(st.integers(4, 24), st.integers(2, 9), st.booleans(), st.integers(0, 2**32))
 def test_agrees_with_the_oracle(count, size, carve, seed):
     rng = np.random.default_rng(seed)
@@ -107,7 +108,7 @@ def graphs(draw):
     return points, draw(st.lists(st.tuples(end, end), max_size=14))
 
 
-@settings(max_examples=300, deadline=None)
+@try_examples(300)
 @given(graphs(), st.booleans())
 def test_any_graph(graph, carve):
     points, segments = graph
@@ -120,7 +121,7 @@ def test_any_graph(graph, carve):
         checked(points, segments, carve=carve)
 
 
-@settings(max_examples=300, deadline=None)
+@try_examples(300)
 @given(graphs(), st.booleans())
 def test_any_graph_split(graph, carve):
     points, segments = graph
@@ -128,7 +129,7 @@ def test_any_graph_split(graph, carve):
     assert (result.points[: len(points)] == points).all()
 
 
-@settings(max_examples=100, deadline=None)
+@try_examples(100)
 @given(
     st.lists(st.tuples(*[st.floats(allow_nan=False, allow_infinity=False)] * 2), min_size=3, max_size=12),
     st.booleans(),
@@ -141,7 +142,7 @@ def test_any_doubles(points, split):
         assert not split
 
 
-@settings(max_examples=100, deadline=None)
+@try_examples(100)
 @given(graphs(), st.integers(0, 2**32))
 def test_order_does_not_matter(graph, seed):
     points, segments = graph
@@ -157,7 +158,7 @@ def test_order_does_not_matter(graph, seed):
     assert (first == shuffled.points[shuffled.triangles]).all(), "the same triangles in another order"
 
 
-@settings(max_examples=100, deadline=None)
+@try_examples(100)
 @given(graphs(), st.integers(-40, 40))
 def test_scaled_by_a_power_of_two(graph, power):
     points, segments = graph
@@ -167,7 +168,7 @@ def test_scaled_by_a_power_of_two(graph, power):
     assert (plain.points * 2.0**power == scaled.points).all()
 
 
-@settings(max_examples=100, deadline=None)
+@try_examples(100)
 @given(graphs())
 def test_mirrored(graph):
     points, segments = graph
@@ -176,7 +177,7 @@ def test_mirrored(graph):
     assert area(mirrored) == pytest.approx(area(plain), rel=1e-12)
 
 
-@settings(max_examples=60, deadline=None)
+@try_examples(60)
 @given(st.integers(3, 16), st.integers(3, 9), st.integers(0, 2**32))
 def test_carved_as_by_the_midpoint_of_a_median(count, size, seed):
     """Step 6 of the article, triangle by triangle, against the flood fill."""
