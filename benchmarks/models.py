@@ -22,7 +22,9 @@ from table import format_percent, format_share, format_table
 
 import bldsimp
 from bldsimp.io import SUFFIXES, read, write
+from bldsimp.model import Scene
 from bldsimp.options import parse_delimit, parse_tolerance
+from bldsimp.scene import simplify_scene
 from bldsimp.stages.fallback import Level
 from bldsimp.tolerance import transform_points
 
@@ -60,7 +62,7 @@ class Run:
         return self.first.after.points - self.second.after.points
 
 
-def place_scene(scene: bldsimp.Scene) -> Surface:
+def place_scene(scene: Scene) -> Surface:
     """Join all instances of all meshes of a scene to one surface."""
     points, faces, count = [], [], 0
     for mesh in scene.meshes:
@@ -85,14 +87,14 @@ def run_file(path: Path, options: bldsimp.Options, folder: Path) -> Run:
     for _ in range(RUNS):
         start = time.perf_counter()
         scene = read(path, format_)
-        lights, first = bldsimp.simplify_scene(scene, options)
+        lights, first = simplify_scene(scene, options)
         first.rounding = write(scene, lights, out, format_, options).rounding
         seconds.append(time.perf_counter() - start)
     again = read(out, format_)
     before = place_scene(scene)
     return Run(
         first=first,
-        second=bldsimp.simplify_scene(again, options)[1],
+        second=simplify_scene(again, options)[1],
         found=measure_deviation(before, place_scene(again)),
         noise=measure_deviation(before, before),
         seconds=min(seconds),

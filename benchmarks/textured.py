@@ -25,8 +25,9 @@ from startup import LIMIT, run_ours, run_theirs
 from surface import ROOT, Surface
 from table import format_table, format_time, time_in_turns
 
-from bldsimp import Options, simplify_scene
+from bldsimp import Options
 from bldsimp.io import read, write
+from bldsimp.scene import simplify_scene
 
 TILES = 0.5
 """Times that the texture repeats within a model unit."""

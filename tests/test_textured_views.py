@@ -24,9 +24,10 @@ from textured.model import Model
 from textured.read import is_gltf
 from textured.read import read_model as read_model
 
-from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp import Options, Tolerance
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.scene import simplify_scene
 
 LOCAL_MOVED = 0.15
 """The same where points may move by a quarter of a pixel, and what is smaller may go."""
