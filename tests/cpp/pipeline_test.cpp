@@ -236,7 +236,7 @@ std::size_t check_wide(const Soup& soup, double tolerance, Random& random) {
   const CollapseResult result =
       collapse({surface.points, all, label, pinned, left_out, static_cast<Index>(filling.faces.size()), tolerance,
                 moves ? 4 : -1, false, &progress});
-  CHECK(progress.gone == result.accepted);
+  CHECK(progress.removed == result.accepted);
   CHECK(result.deviation <= tolerance);
   CHECK(moves || result.moved == 0);
   if (result.triangles.empty()) return 0;

@@ -236,7 +236,7 @@ bool Collapser::pop_all() {
       continue;
     }
     ++result_.accepted;
-    if (input_.progress) ++input_.progress->gone;
+    if (input_.progress) ++input_.progress->removed;
     commit();
     apply_collapse();
   }
