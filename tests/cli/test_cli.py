@@ -2,59 +2,28 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import resource
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_runs import COMMAND, assert_box, assert_one_error, list_names, run
 from shapes import Gltf, box, fine_box, obj_text, open_cone, ply_bytes, write
 
+from bldsimp import Options
 from bldsimp.cli import main
-from bldsimp.inspection import count_defects
 from bldsimp.io import read
-
-COMMAND = [sys.executable, "-c", "import sys; from bldsimp.cli import main; sys.exit(main())"]
-
-
-def run(*arguments: object, stdin: bytes = b"", **options) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run([*COMMAND, *map(str, arguments)], input=stdin, capture_output=True, timeout=60, **options)
-
-
-def shell(redirection: str, words: list[str], folder: Path) -> subprocess.CompletedProcess[bytes]:
-    """Run with a stream redirected as only a shell can."""
-    script = f'exec "$@" {redirection}'
-    return subprocess.run(["sh", "-c", script, "sh", *COMMAND, *words], cwd=folder, capture_output=True, timeout=60)
 
 
 @pytest.fixture
 def house(tmp_path: Path) -> Path:
     return write(tmp_path / "house.obj", obj_text(*fine_box()))
-
-
-def assert_box(source: Path | bytes, format_: str) -> None:
-    mesh = read(source, format_).meshes[0]
-    surface = count_defects(mesh.points, mesh.faces)
-    assert (surface.points, surface.triangles, surface.watertight) == (8, 12, True)
-
-
-def one_error(result: subprocess.CompletedProcess[bytes], code: int, *told: str) -> None:
-    lines = result.stderr.decode().splitlines()
-    assert len(lines) == 1, lines
-    assert lines[0].startswith("bldsimp: error: ")
-    assert result.returncode == code
-    assert result.stdout == b""
-    for text in told:
-        assert text in lines[0]
-
-
-def names(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
 
 
 class TestSimplify:
@@ -75,7 +44,7 @@ class TestSimplify:
         summary = result.stderr.decode()
         assert "98 -> 8" in summary
         assert "watertight" in summary
-        assert names(tmp_path) == ["house.obj", "out.glb", "report.json"]
+        assert list_names(tmp_path) == ["house.obj", "out.glb", "report.json"]
 
     def test_what_goes_as_a_whole_is_told(self, tmp_path: Path) -> None:
         shapes = {"wall": box(4.0), "panel": box(1.0, 0.02), "speck": box(0.1, 9.0)}
@@ -120,11 +89,11 @@ class TestSimplify:
 
     def test_in_place(self, house: Path, tmp_path: Path) -> None:
         before = house.read_bytes()
-        one_error(run("simplify", house, house), 2, "exists", "--overwrite")
+        assert_one_error(run("simplify", house, house), 2, "exists", "--overwrite")
         assert house.read_bytes() == before
         assert run("simplify", house, house, "--overwrite").returncode == 0
         assert_box(house, "obj")
-        assert names(tmp_path) == ["house.obj"]
+        assert list_names(tmp_path) == ["house.obj"]
 
     def test_a_gltf_in_place_keeps_its_buffer_name(self, tmp_path: Path) -> None:
         document = Gltf()
@@ -133,7 +102,7 @@ class TestSimplify:
         path = write(tmp_path / "house.gltf", document.gltf("walls.bin"))
         assert run("simplify", path, path, "--overwrite").returncode == 0
         assert_box(path, "gltf")
-        assert names(tmp_path) == ["house.gltf", "walls.bin"]
+        assert list_names(tmp_path) == ["house.gltf", "walls.bin"]
 
     def test_the_buffer_of_the_input_is_never_replaced_by_another_output(self, tmp_path: Path) -> None:
         document = Gltf()
@@ -229,9 +198,9 @@ class TestWrongUsage:
         write(tmp_path / "there.obj", "old")
         (tmp_path / "loop.obj").symlink_to("loop.obj")
         code = main(["simplify", *arguments])
-        one_error(subprocess.CompletedProcess([], code, *capfdbinary.readouterr()), 2, told)
+        assert_one_error(subprocess.CompletedProcess([], code, *capfdbinary.readouterr()), 2, told)
         assert (tmp_path / "there.obj").read_bytes() == b"old"
-        assert names(tmp_path) == ["folder.obj", "loop.obj", "there.obj"]
+        assert list_names(tmp_path) == ["folder.obj", "loop.obj", "there.obj"]
 
 
 class TestFailure:
@@ -251,16 +220,16 @@ class TestFailure:
     def test_unreadable_input(self, tmp_path: Path, name: str, content: str | bytes | None, told: str) -> None:
         if content is not None:
             write(tmp_path / name, content)
-        before = names(tmp_path)
+        before = list_names(tmp_path)
         report = ["--report", tmp_path / "r.json"]
-        one_error(run("simplify", tmp_path / name, tmp_path / "out.glb", *report), 1, name, told)
-        assert names(tmp_path) == before
+        assert_one_error(run("simplify", tmp_path / name, tmp_path / "out.glb", *report), 1, name, told)
+        assert list_names(tmp_path) == before
 
     def test_a_face_without_area_is_no_result(self, tmp_path: Path) -> None:
         source = write(tmp_path / "in.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n")
         result = run("simplify", source, tmp_path / "out.obj")
         assert result.returncode == 1
-        assert names(tmp_path) == ["in.obj"]
+        assert list_names(tmp_path) == ["in.obj"]
 
     def test_a_full_disk(self, house: Path, tmp_path: Path) -> None:
         old = write(tmp_path / "out.obj", "old")
@@ -269,13 +238,15 @@ class TestFailure:
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
-        one_error(run("simplify", house, old, "--overwrite", preexec_fn=limit), 1, "out.obj", "cannot be written")
+        assert_one_error(
+            run("simplify", house, old, "--overwrite", preexec_fn=limit), 1, "out.obj", "cannot be written"
+        )
         assert old.read_bytes() == b"old"
-        assert names(tmp_path) == ["house.obj", "out.obj"]
+        assert list_names(tmp_path) == ["house.obj", "out.obj"]
 
     @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
     def test_a_full_device_and_a_full_pipe(self, house: Path) -> None:
-        one_error(run("simplify", house, "/dev/full", "--to", "obj"), 1, "No space left")
+        assert_one_error(run("simplify", house, "/dev/full", "--to", "obj"), 1, "No space left")
         with open("/dev/full", "wb") as full:
             result = subprocess.run(
                 [*COMMAND, "simplify", house, "-", "--to", "ply"], stdout=full, stderr=subprocess.PIPE
@@ -314,70 +285,7 @@ class TestFailure:
         assert process.wait(timeout=60) == code
         assert process.stderr is not None
         assert b"Traceback" not in process.stderr.read()
-        assert names(tmp_path) == ["in.obj"]
-
-
-class TestStreams:
-    """Closed, full, or gone: one line where there is still a place for it, and no traceback."""
-
-    def test_a_report_to_standard_output(self, house: Path, tmp_path: Path) -> None:
-        result = run("simplify", house, tmp_path / "out.obj", "--report", "-", "-q")
-        assert (result.returncode, result.stderr) == (0, b"")
-        assert json.loads(result.stdout)["after"]["points"] == 8
-        assert names(tmp_path) == ["house.obj", "out.obj"]
-
-    @pytest.mark.parametrize(
-        ("arguments", "closed"),
-        [
-            (["inspect", "IN"], ">&-"),
-            (["simplify", "IN", "-", "--to", "obj"], ">&-"),
-            (["simplify", "IN", "out.obj", "--report", "-"], ">&-"),
-            (["simplify", "-", "out.obj", "--from", "obj"], "<&-"),
-        ],
-    )
-    def test_closed_where_needed(self, house: Path, tmp_path: Path, arguments: list[str], closed: str) -> None:
-        words = [str(house) if word == "IN" else word for word in arguments]
-        result = shell(closed, words, tmp_path)
-        one_error(result, 1, "standard input is closed" if "<" in closed else "standard output is closed")
-        assert names(tmp_path) == ["house.obj"]
-
-    @pytest.mark.parametrize("closed", [">&-", "<&-", "2>&-"])
-    def test_closed_where_not_needed(self, house: Path, tmp_path: Path, closed: str) -> None:
-        result = shell(closed, ["simplify", str(house), "out.obj", "-q"], tmp_path)
-        assert (result.returncode, result.stdout, result.stderr) == (0, b"", b"")
-        assert_box(tmp_path / "out.obj", "obj")
-
-    @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-    def test_full(self, house: Path, tmp_path: Path) -> None:
-        for words in (["inspect", str(house)], ["--help"], ["simplify", str(house), "a.obj", "--report", "-", "-q"]):
-            one_error(shell(">/dev/full", words, tmp_path), 1, "No space left")
-        result = shell("2>/dev/full", ["simplify", str(house), "out.obj"], tmp_path)
-        assert (result.returncode, result.stdout, result.stderr) == (1, b"", b"")
-        assert_box(tmp_path / "out.obj", "obj")
-        assert shell("2>/dev/full", ["inspect", "none.obj"], tmp_path).returncode == 1
-
-    def test_a_name_that_the_encoding_lacks(self, tmp_path: Path) -> None:
-        document = Gltf()
-        document.mesh(document.box(), name="Haus \u017b \ud800 \x1b[31m\nred")
-        source = write(tmp_path / "in.glb", document.glb())
-        result = run("inspect", source, env={**os.environ, "PYTHONIOENCODING": "latin-1"})
-        assert result.returncode == 0
-        assert b"mesh        Haus \\u017b ?  [31m red\n" in result.stdout
-
-    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-    def test_a_signal_while_modules_load(self, house: Path, tmp_path: Path, number: int, code: int) -> None:
-        words = [COMMAND[0], "-X", "importtime", *COMMAND[1:], "simplify", house, tmp_path / "out.obj"]
-        process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
-        assert process.stderr is not None
-        told = ""
-        while "numpy" not in told:
-            told = process.stderr.readline()
-            assert told
-        process.send_signal(number)
-        rest = [line for line in process.stderr if not line.startswith("import time:")]
-        assert process.wait(timeout=60) == code
-        assert rest == (["bldsimp: error: interrupted\n"] if number == signal.SIGINT else [])
-        assert names(tmp_path) == ["house.obj"]
+        assert list_names(tmp_path) == ["in.obj"]
 
 
 class TestInspect:
@@ -414,9 +322,9 @@ class TestInspect:
 
     def test_standard_input_and_errors(self, house: Path, tmp_path: Path) -> None:
         assert b"triangles" in run("inspect", "-", "--from", "obj", stdin=house.read_bytes()).stdout
-        one_error(run("inspect", "-"), 2, "--from")
-        one_error(run("inspect", tmp_path), 2, "directory")
-        one_error(run("inspect", tmp_path / "none.ply"), 1, "no such file")
+        assert_one_error(run("inspect", "-"), 2, "--from")
+        assert_one_error(run("inspect", tmp_path), 2, "directory")
+        assert_one_error(run("inspect", tmp_path / "none.ply"), 1, "no such file")
 
 
 @pytest.mark.parametrize(
@@ -454,6 +362,14 @@ def test_the_old_name_of_min_component_still_works(tmp_path: Path) -> None:
     assert b"--min-part is deprecated: use --min-component" in result.stderr
     assert_box(tmp_path / "out.obj", "obj")
     assert b"--min-part" not in run("simplify", "--help").stdout
+
+
+def test_the_old_name_of_its_field_still_works() -> None:
+    with pytest.warns(DeprecationWarning, match="use min_component"):
+        options = Options(min_part=0.2)
+    assert options == Options(min_component=0.2)
+    assert options.min_part == 0.2
+    assert dataclasses.replace(options, min_component=1.0) == Options(min_component=1.0)
 
 
 def test_version_and_help() -> None:

@@ -169,3 +169,7 @@ def make_terrain(side: int) -> bytes:
     faces["corners"] = np.vstack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     head = ply_bytes(points[:0], []).decode().replace("vertex 0", f"vertex {len(points)}")
     return head.replace("face 0", f"face {len(faces)}").encode() + points.tobytes() + faces.tobytes()
+
+
+def last_error(result: subprocess.CompletedProcess[bytes]) -> str:
+    return result.stderr.decode(errors="surrogateescape").splitlines()[-1]
