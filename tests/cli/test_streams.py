@@ -9,7 +9,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from cli_runs import COMMAND, assert_box, assert_one_error, list_names, run, run_in_shell
+from command_line import COMMAND, assert_box, assert_one_error, list_names, run_command, run_in_shell
 from shapes import Gltf, fine_box, obj_text, write
 
 
@@ -22,7 +22,7 @@ class TestStreams:
     """Closed, full, or gone: one line where there is still a place for it, and no traceback."""
 
     def test_a_report_to_standard_output(self, house: Path, tmp_path: Path) -> None:
-        result = run("simplify", house, tmp_path / "out.obj", "--report", "-", "-q")
+        result = run_command("simplify", house, tmp_path / "out.obj", "--report", "-", "-q")
         assert (result.returncode, result.stderr) == (0, b"")
         assert json.loads(result.stdout)["after"]["points"] == 8
         assert list_names(tmp_path) == ["house.obj", "out.obj"]
@@ -61,7 +61,7 @@ class TestStreams:
         document = Gltf()
         document.mesh(document.box(), name="Haus \u017b \ud800 \x1b[31m\nred")
         source = write(tmp_path / "in.glb", document.glb())
-        result = run("inspect", source, env={**os.environ, "PYTHONIOENCODING": "latin-1"})
+        result = run_command("inspect", source, env={**os.environ, "PYTHONIOENCODING": "latin-1"})
         assert result.returncode == 0
         assert b"mesh        Haus \\u017b ?  [31m red\n" in result.stdout
 

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from command_line import COMMAND
 from shapes import fine_box, obj_text, ply_bytes, write
-
-COMMAND = [sys.executable, "-c", "import sys; from bldsimp.cli import main; sys.exit(main())"]
 
 PATIENCE = 120.0
 """Seconds after which what is waited for does not come any more, on however busy a machine."""
