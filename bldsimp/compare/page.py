@@ -16,7 +16,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import PurePath
 from string import Template
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,16 +119,15 @@ class PageData:
         }
         numbers = {}
         for k, surface in shown.items():
-            row, pair = comparison.rows[k], pairs.add_result(surface)
+            row, (pair, note) = comparison.rows[k], pairs.add_result(surface)
             numbers[k] = len(self.rows)
             self.rows.append(
                 {
                     "file": len(self.files) - 1,
-                    "surface": pair.number,
                     "tolerance": comparison.tolerances.get(row.tolerance, 0.0),
                     "deviation": row.deviation or 0.0,
-                    "distances": [pair.there, pair.back],
-                    "caption": [f"{row.method} · tolerance {row.tolerance}", *describe_result(row, pair.note)],
+                    **pair,
+                    "caption": [f"{row.method} · tolerance {row.tolerance}", *describe_result(row, note)],
                 }
             )
         return numbers
@@ -166,15 +165,6 @@ class PageData:
         )
 
 
-class Pair(NamedTuple):
-    """Number of a result, distances from the original to it and back, and a note on its drawing."""
-
-    number: int
-    there: dict[str, Any]
-    back: dict[str, Any]
-    note: str
-
-
 class SurfacePairs:
     """One original and its results, each different one drawn and measured once."""
 
@@ -185,15 +175,15 @@ class SurfacePairs:
         self.note = note_thinning(shown, original)
         self._samples = shown.place_samples() - self.judge.origin
         none = data.add_distances(np.zeros(len(self._samples)))
-        self._done = {self._identify(original): Pair(self.number, none, none, self.note)}
+        self._done = {self._identify(original): ({"surface": self.number, "distances": [none, none]}, self.note)}
 
     @staticmethod
     def _identify(surface: PlacedSurface) -> bytes:
         """Return a key that is equal for equal surfaces."""
         return sha256(surface.points.tobytes()).digest() + sha256(surface.faces.tobytes()).digest()
 
-    def add_result(self, surface: PlacedSurface) -> Pair:
-        """Add one result."""
+    def add_result(self, surface: PlacedSurface) -> tuple[dict[str, Any], str]:
+        """Add one result; return its number and distances, from the original to it and back, and a note."""
         key = self._identify(surface)
         if key not in self._done:
             shown, origin = choose_display(surface), self.judge.origin
@@ -201,12 +191,11 @@ class SurfacePairs:
             there, back = tree.distances(self._samples), self.judge.tree.distances(shown.place_samples() - origin)
             # Rounding alone is no distance, as in the figures.
             there, back = (np.maximum(distances - self.judge.noise, 0.0) for distances in (there, back))
-            self._done[key] = Pair(
-                self.data.add_surface(shown, origin),
-                self.data.add_distances(there),
-                self.data.add_distances(back),
-                note_thinning(shown, surface),
-            )
+            pair = {
+                "surface": self.data.add_surface(shown, origin),
+                "distances": [self.data.add_distances(there), self.data.add_distances(back)],
+            }
+            self._done[key] = pair, note_thinning(shown, surface)
         return self._done[key]
 
 
