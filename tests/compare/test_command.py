@@ -177,7 +177,7 @@ class TestCommand:
 
     def test_help_tells_what_is_not_compared(self) -> None:
         told = " ".join(run_command("compare", "--help").stdout.decode().split())
-        assert "Only geometry is compared: textures, colors and normals are ignored" in told
+        assert "Only geometry is compared, not textures, colors and normals" in told
         assert "exit code is 1" in told
 
     def test_a_bar_on_a_terminal_only(self, house: Path) -> None:
