@@ -1,6 +1,6 @@
 """Build one page that shows a comparison in 3D, offline: original and result side by side, the table, the chart.
 
-The viewer is three.js, which lies beside this file; geometry and distances are deflated and written in base64,
+The viewer is three.js, in a file of this folder; geometry and distances are deflated and written in base64,
 each once, however many rows show it.
 """
 
@@ -40,7 +40,7 @@ STEPS = 65535
 """Distances are stored in so many steps of the greatest one."""
 
 COLUMNS = {
-    "method": ("method", "What made the surface"),
+    "method": ("method", "Method that made the surface"),
     "points": ("points", "Points that a face uses, after the same weld"),
     "share": ("of original", "Points, in percent of the original's"),
     "triangles": ("triangles", "Triangles"),
@@ -68,8 +68,8 @@ def build_page(comparisons: Sequence[Comparison]) -> bytes:
 
     Notes
     -----
-    Beside the drawing itself, distances take the time: of all points drawn and some tens of thousands of
-    samples, both ways, for each different surface.
+    Most of the time goes into distances: of all points drawn and some tens of thousands of samples, both ways,
+    for each different surface.
     """
     data = PageData()
     numbers = [data.add_file(comparison) for comparison in comparisons]
@@ -100,7 +100,7 @@ class PageData:
     blobs: dict[bytes, int] = field(default_factory=dict)
 
     def add_file(self, comparison: Comparison) -> dict[int, int]:
-        """Add what can be drawn of a comparison; return numbers on the page by index of its rows."""
+        """Add the surfaces of a comparison that can be drawn; return numbers on the page by index of its rows."""
         original = comparison.original
         shown = {
             k: surface
@@ -247,7 +247,7 @@ def embed_chart(k: int, comparison: Comparison, lines: dict[str, LineStyle], num
 
 
 def summarize(comparisons: Sequence[Comparison]) -> str:
-    """Count what is on the page."""
+    """Count the files, tolerances and methods of the page."""
     tolerances = {written for each in comparisons for written in each.tolerances}
     methods = {row.method for each in comparisons for row in each.rows if row.method}
     counts = {"file": len(comparisons), "tolerance": len(tolerances), "method": len(methods)}
