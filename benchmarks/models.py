@@ -1,4 +1,4 @@
-"""Run every file of a folder: points, facets on each rung, deviation beside the bound, what a second run removes.
+"""Run every file of a folder: points, status of the facets, deviation beside the bound, what a second run removes.
 
 usage: python benchmarks/models.py [FOLDER] [--tolerance auto|LENGTH|PERCENT% ...] [--delimit WORDS]
 needs: pip install "bldsimp[bench]"
@@ -82,13 +82,13 @@ def run_file(path: Path, options: bldsimp.Options, folder: Path) -> Run:
         If the program refuses the file.
     """
     format_ = path.suffix.lower().lstrip(".")
-    out = folder / f"light.{format_}"
+    out = folder / f"simplified.{format_}"
     seconds = []
     for _ in range(RUNS):
         start = time.perf_counter()
         scene = read(path, format_)
-        lights, first = simplify_scene(scene, options)
-        first.rounding = write(scene, lights, out, format_, options).rounding
+        results, first = simplify_scene(scene, options)
+        first.rounding = write(scene, results, out, format_, options).rounding
         seconds.append(time.perf_counter() - start)
     again = read(out, format_)
     before = place_scene(scene)
