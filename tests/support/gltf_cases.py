@@ -16,6 +16,7 @@ from shapes import Gltf, fine_box, glb_parts
 from bldsimp import Options, Scene, simplify_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.options import DEFAULTS
 
 
 def decoder(package: str) -> Any:
@@ -45,7 +46,7 @@ def add_picture(document: Gltf, data: bytes) -> int:
     return len(json_["textures"]) - 1
 
 
-def light_of(data: bytes, path: Path, options: Options = Options()) -> tuple[Scene, bytes]:  # noqa: B008
+def light_of(data: bytes, path: Path, options: Options = DEFAULTS) -> tuple[Scene, bytes]:
     """Simplify a GLB and give back what was written."""
     scene = read(data, "glb")
     lights, _ = simplify_scene(scene, options)

@@ -16,6 +16,7 @@ from shapes import Gltf, box, write
 from bldsimp import Options, Report, simplify, simplify_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.options import DEFAULTS
 
 MODELS = (
     "cesium_house-3-0.glb", "kaykit_building_H/building_H.gltf", "kenney_building-small-a.glb",
@@ -23,7 +24,7 @@ MODELS = (
 )  # fmt: skip
 
 
-def lightened(source: Path, target: Path, options: Options = Options()) -> Report:  # noqa: B008
+def lightened(source: Path, target: Path, options: Options = DEFAULTS) -> Report:
     """Simplify a file."""
     scene = read(source, source.suffix[1:])
     lights, report = simplify_scene(scene, options)
