@@ -50,10 +50,10 @@ def run_with_progress(work: Callable[[_core.Progress], T], points: int, *, quiet
         future: Future[T] = pool.submit(work, progress)
         bar = None
         while not wait([future], LOOK_SECONDS).done:
-            if bar is None and progress.gone > 0 and not quiet and sys.stderr.isatty():
+            if bar is None and progress.removed > 0 and not quiet and sys.stderr.isatty():
                 bar = stack.enter_context(click.progressbar(length=points, label="removing points", file=sys.stderr))
             if bar is not None:
-                bar.update(progress.gone - bar.pos)
+                bar.update(progress.removed - bar.pos)
         return future.result()
 
 

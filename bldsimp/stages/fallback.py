@@ -228,7 +228,7 @@ def _start(surface: FacetedSurface, tolerance: float, fate: _Fate, spent: Spent)
         outlines,
         spent.at_chains(outlines, count),
     )
-    must = outlines.chains.is_corner | fate.put_back | (surface.decided == STAYS).astype(np.uint8)
+    must = outlines.chains.is_chain_end | fate.put_back | (surface.decided == STAYS).astype(np.uint8)
     attempt = Attempt(surface, outlines, budget, fate.keep, must)
     _keep_points_of(attempt, fate.keep != 0)
     return attempt

@@ -29,7 +29,9 @@ class OrientedFaces:
     turned: int
 
 
-def orient(points: Points, faces: Faces, rows: _core.Rows, pinned: NDArray[np.bool_], width: float) -> OrientedFaces:
+def orient(
+    points: Points, faces: Faces, rows: _core.CornerRows, pinned: NDArray[np.bool_], width: float
+) -> OrientedFaces:
     """Pair the halfedges of faces, and turn those that do not agree with their neighbors.
 
     Parameters
@@ -49,7 +51,7 @@ def orient(points: Points, faces: Faces, rows: _core.Rows, pinned: NDArray[np.bo
     encloses it. Nearly linear.
     """
     halfedges = _core.pair_halfedges(points, faces, rows, width)
-    turned = _core.find_turned(points, faces, halfedges, rows, pinned.astype(np.uint8))
+    turned = _core.find_misoriented(points, faces, halfedges, rows, pinned.astype(np.uint8))
     if not len(turned):
         return OrientedFaces(faces, halfedges, 0)
     faces = faces.copy()

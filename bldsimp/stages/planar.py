@@ -118,7 +118,7 @@ def merge_remaining(surface: Surface, corners: CornerRows, tolerance: float) -> 
     point_of_row = np.full(int(corners.rows.max(initial=-1)) + 1, -1, np.int32)
     point_of_row[corners.rows] = surface.faces
     every = np.arange(len(surface.faces), dtype=np.int32)
-    rows = _core.Rows(corners.rows, point_of_row, every, np.empty(0, np.int32))
+    rows = _core.CornerRows(corners.rows, point_of_row, every, np.empty(0, np.int32))
     oriented = orient(surface.points, surface.faces, rows, surface.label < 0, limits.width)
     surface = dataclasses.replace(surface, faces=oriented.faces)
     facets = find_facets(surface.points, surface.faces, oriented.halfedges, surface.label, limits)

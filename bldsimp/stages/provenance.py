@@ -75,7 +75,7 @@ def resolve_rows(welded: WeldedMesh, triangles: Faces, facet: Indices, owners: O
     """
     kept = np.zeros(len(welded.points), np.uint8)
     kept[triangles] = 1
-    found, foreign = _core.find_rows(
+    found, foreign = _core.assign_rows(
         triangles,
         facet,
         welded.faces,

@@ -96,7 +96,7 @@ def remove_details(
     lids, beside, closed = np.empty((0, 3), np.int32), np.empty(0, np.int32), 0
     if options.allow_close:
         remaining = cast_indices(np.flatnonzero(left_out == 0))
-        found = _core.find_lids(
+        found = _core.fill_holes(
             surface.points,
             surface.faces[remaining],
             surface.label[remaining],
@@ -137,7 +137,7 @@ def find_redundant_bodies(
     """
     body = _core.find_bodies(points, faces)
     pinned = pinned | (_find_sheets(faces, body) & one_sided)
-    found = _core.find_spare(points, faces, body, pinned, SPARE_SHARE * tolerance)
+    found = _core.find_redundant_bodies(points, faces, body, pinned, SPARE_SHARE * tolerance)
     gone = np.flatnonzero(found)
     return found, _list_dropped(points, faces[gone], body[gone], part_of_face[gone], WITHIN_TOLERANCE)
 

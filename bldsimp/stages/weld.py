@@ -48,9 +48,9 @@ class WeldedMesh:
     duplicate: int
 
     @cached_property
-    def rows(self) -> _core.Rows:
+    def rows(self) -> _core.CornerRows:
         """Which row of the mesh each corner reads."""
-        return _core.Rows(self.input, self.point_of_row, self.source, self.class_of_row)
+        return _core.CornerRows(self.input, self.point_of_row, self.source, self.class_of_row)
 
     def select_faces(self, chosen: NDArray[np.bool_]) -> WeldedMesh:
         """Return the mesh of some of the faces, over the points that they use."""
@@ -102,7 +102,7 @@ def weld(mesh: Mesh, distance: float, layers: Indices | None = None) -> WeldedMe
     )
 
 
-def _place_rows(mesh: Mesh, welded: _core.Welded) -> Points:
+def _place_rows(mesh: Mesh, welded: _core.WeldResult) -> Points:
     """Return the places of all rows where those of parts that are passed on stay, and others come to them."""
     stays = np.zeros(len(mesh.points), bool)
     stays[mesh.faces[mesh.passed_on[mesh.part_of_face]]] = True

@@ -62,7 +62,7 @@ def run_both(mesh: Mesh, tolerance: float = 0.0) -> tuple[MeshResult, StandardMe
     return outcome, triangulate_standard(outcome)
 
 
-def conform(outcome: MeshResult) -> _core.Conformed:
+def conform(outcome: MeshResult) -> _core.ConformResult:
     layout = outcome.layout
     return _core.conform(
         outcome.points, layout.planes, layout.outlines, layout.segments,

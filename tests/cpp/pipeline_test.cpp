@@ -236,7 +236,7 @@ std::size_t check_wide(const Soup& soup, double tolerance, Random& random) {
   const CollapseResult result =
       collapse({surface.points, all, label, pinned, left_out, static_cast<Index>(filling.faces.size()), tolerance,
                 moves ? 4 : -1, false, &progress});
-  CHECK(progress.gone == result.accepted);
+  CHECK(progress.removed == result.accepted);
   CHECK(result.deviation <= tolerance);
   CHECK(moves || result.moved == 0);
   if (result.triangles.empty()) return 0;
@@ -276,8 +276,13 @@ void boxes_with_windows() {
 }
 
 void noisy_sheets() {
-  run_all(2, 8, [](Random& random, int round) {
-    return shapes::noisy_sheet(random, 8 + round % 7, round % 2 ? 0.01 : 0.2, 0.02 * (round % 4));
+  run_all(2, 12, [](Random& random, int round) {
+    Soup soup = shapes::noisy_sheet(random, 8 + round % 5, round % 2 ? 0.01 : 0.15, 0.02 * (round % 4));
+    // Flat ones have rims to thin; of two that are near each other none may come to cross the other.
+    if (round % 3 == 1)
+      for (Vec3& p : soup.points) p.z = 0;
+    if (round % 3 == 2) shapes::append(soup, shapes::noisy_sheet(random, 9, 0.1, 0), {0.1, 0.2, 0.28});
+    return soup;
   });
 }
 

@@ -80,7 +80,7 @@ def lids(mesh: Shape, limit: float = 10.0) -> tuple[int, int]:
     points, faces = solids.welded(mesh)
     faces = np.ascontiguousarray(faces, np.int32)
     zeros = np.zeros(len(faces), np.int32)
-    found = _core.find_lids(points, faces, zeros, zeros.astype(np.uint8), limit)
+    found = _core.fill_holes(points, faces, zeros, zeros.astype(np.uint8), limit)
     assert len(found.faces) == len(found.beside)
     return found.closed, len(found.faces)
 
@@ -105,7 +105,7 @@ def test_a_lid_adds_no_face_to_an_edge_that_is_whole() -> None:
     assert lids(mesh) == (1, 2)
     faces = np.ascontiguousarray(mesh[1], np.int32)
     zeros = np.zeros(len(faces), np.int32)
-    found = _core.find_lids(mesh[0], faces, zeros, zeros.astype(np.uint8), 10.0)
+    found = _core.fill_holes(mesh[0], faces, zeros, zeros.astype(np.uint8), 10.0)
     assert _core.count_edges(np.concatenate([faces, found.faces]), len(mesh[0])) == (0, 0)
 
 

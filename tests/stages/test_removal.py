@@ -184,7 +184,7 @@ def spare(points: list[tuple[float, float, float]], pinned: int = -1, limit: flo
     faces = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
     stays = (np.arange(len(faces)) == pinned).astype(np.uint8)
     return np.flatnonzero(
-        _core.find_spare(np.array(points, float), faces, np.arange(len(faces), dtype=np.int32), stays, limit)
+        _core.find_redundant_bodies(np.array(points, float), faces, np.arange(len(faces), dtype=np.int32), stays, limit)
     ).tolist()
 
 

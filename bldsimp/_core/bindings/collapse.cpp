@@ -10,17 +10,18 @@ namespace bldsimp {
 
 void bind_collapse(nb::module_& m) {
   m.def("find_bodies", unlocked(&find_bodies), "points"_a, "faces"_a);
-  m.def("find_spare", unlocked(&find_redundant_bodies), "points"_a, "faces"_a, "body"_a, "pinned"_a, "limit"_a);
+  m.def("find_redundant_bodies", unlocked(&find_redundant_bodies), "points"_a, "faces"_a, "body"_a, "pinned"_a,
+        "limit"_a);
 
-  nb::class_<HoleFilling> filling(m, "Lids");
+  nb::class_<HoleFilling> filling(m, "HoleFilling");
   def_views(filling, "faces", &HoleFilling::faces, "beside", &HoleFilling::beside);
   filling.def_ro("closed", &HoleFilling::closed);
-  m.def("find_lids", unlocked(&fill_holes), "points"_a, "faces"_a, "label"_a, "pinned"_a, "limit"_a);
+  m.def("fill_holes", unlocked(&fill_holes), "points"_a, "faces"_a, "label"_a, "pinned"_a, "limit"_a);
 
-  nb::class_<Progress>(m, "Progress").def(nb::init<>()).def_prop_ro("gone", [](const Progress& p) {
-    return p.gone.load();
+  nb::class_<Progress>(m, "Progress").def(nb::init<>()).def_prop_ro("removed", [](const Progress& p) {
+    return p.removed.load();
   });
-  nb::class_<CollapseResult> result(m, "Collapsed");
+  nb::class_<CollapseResult> result(m, "CollapseResult");
   def_views(result, "points", &CollapseResult::points, "triangles", &CollapseResult::triangles, "source",
             &CollapseResult::source, "holder", &CollapseResult::holder, "refusals", &CollapseResult::refusals);
   result.def_ro("deviation", &CollapseResult::deviation)

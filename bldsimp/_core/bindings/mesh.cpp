@@ -10,7 +10,7 @@ namespace bldsimp {
 namespace {
 
 void bind_topology(nb::module_& m) {
-  nb::class_<WeldResult> welded(m, "Welded");
+  nb::class_<WeldResult> welded(m, "WeldResult");
   def_views(welded, "points", &WeldResult::points, "point_of_row", &WeldResult::point_of_row, "faces",
             &WeldResult::faces, "source", &WeldResult::source, "class_of_row", &WeldResult::class_of_row);
   welded.def_ro("degenerate", &WeldResult::degenerate)
@@ -19,8 +19,9 @@ void bind_topology(nb::module_& m) {
   m.def("weld", unlocked(&weld), "points"_a, "faces"_a, "distance"_a, "layer"_a.none() = nb::none());
   m.def("mark_used", unlocked(&mark_used), "faces"_a, "count"_a);
 
-  nb::class_<RowArrays>(m, "Rows").def(nb::init<Input<Face>, Input<Index>, Input<Index>, Input<Index>>(), "input"_a,
-                                       "point_of_row"_a, "source"_a, "class_of_row"_a);
+  nb::class_<RowArrays>(m, "CornerRows")
+      .def(nb::init<Input<Face>, Input<Index>, Input<Index>, Input<Index>>(), "input"_a, "point_of_row"_a, "source"_a,
+           "class_of_row"_a);
 
   nb::class_<Halfedges> halfedges(m, "Halfedges");
   def_views(halfedges, "twin", &Halfedges::twin, "group_start", &Halfedges::group_start, "group_members",
@@ -29,7 +30,7 @@ void bind_topology(nb::module_& m) {
   m.def("pair_halfedges", unlocked(&pair_halfedges), "points"_a, "faces"_a, "rows"_a.none(), "width"_a);
   m.def("count_edges", unlocked_pair(&count_edges), "faces"_a, "point_count"_a);
   m.def("find_components", unlocked(&find_components), "faces"_a, "point_count"_a);
-  m.def("find_turned", unlocked(&find_misoriented), "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "fixed"_a);
+  m.def("find_misoriented", unlocked(&find_misoriented), "points"_a, "faces"_a, "halfedges"_a, "rows"_a, "fixed"_a);
 }
 
 void bind_distances(nb::module_& m) {

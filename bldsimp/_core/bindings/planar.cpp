@@ -66,7 +66,7 @@ void bind_charts(nb::module_& m) {
 void bind_outlines(nb::module_& m) {
   nb::class_<Outlines> outlines(m, "Outlines");
   def_views(outlines, "chain_start", &Outlines::chain_start, "chain_points", &Outlines::chain_points, "use_start",
-            &Outlines::use_start, "is_corner", &Outlines::is_chain_end, "inner", &Outlines::inner, "back",
+            &Outlines::use_start, "is_chain_end", &Outlines::is_chain_end, "inner", &Outlines::inner, "back",
             &Outlines::back);
   outlines.def_ro("touching", &Outlines::touching);
   const auto uses = [](const Outlines& o) -> const auto& { return o.uses; };
@@ -107,10 +107,10 @@ void bind_retriangulation(nb::module_& m) {
         "reach"_a, "wanted"_a, "keep"_a);
   m.def("find_misfits", unlocked(&find_misfits), "triangles"_a, "facet_of_triangle"_a, "expected"_a, "keep"_a,
         "outlines"_a);
-  m.def("find_rows", unlocked_pair(&assign_rows), "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a,
+  m.def("assign_rows", unlocked_pair(&assign_rows), "triangles"_a, "facet_of_triangle"_a, "faces"_a, "rows"_a,
         "facet_of_face"_a, "group_of_facet"_a, "part_of_facet"_a, "unchanged"_a, "kept"_a);
 
-  nb::class_<ConformResult> conformed(m, "Conformed");
+  nb::class_<ConformResult> conformed(m, "ConformResult");
   def_views(conformed, "made", &ConformResult::made, "triangles", &ConformResult::triangles, "facet_of_triangle",
             &ConformResult::facet_of_triangle, "facets", &ConformResult::facets);
   conformed.def_prop_ro("statistics", [](const ConformResult& c) { return row_of(c.statistics); });

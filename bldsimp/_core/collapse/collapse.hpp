@@ -12,7 +12,7 @@ enum class Refusal { link, fold, needle, border, backward, forward, crossing, co
 
 // What has been done so far, for another thread to look at.
 struct Progress {
-  std::atomic<std::int64_t> gone = 0;  // points
+  std::atomic<std::int64_t> removed = 0;  // points
 };
 
 struct CollapseInput {

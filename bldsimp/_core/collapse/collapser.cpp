@@ -236,7 +236,7 @@ bool Collapser::pop_all() {
       continue;
     }
     ++result_.accepted;
-    if (input_.progress) ++input_.progress->gone;
+    if (input_.progress) ++input_.progress->removed;
     commit();
     apply_collapse();
   }
@@ -372,8 +372,8 @@ std::vector<Index> Collapser::holders() const {
 // The distances of some places tell how little there is no need to look at closely. What the standing proof holds to
 // the limit is no farther, however long it would take to tell; nor need more be told of what is no farther than is
 // known of something else. Guesses are faces of the other surface, or none.
-static double farthest(Points points, Faces faces, const FaceTree& other, Indices guesses, double known,
-                       double precision, double limit) {
+static double bound_distance(Points points, Faces faces, const FaceTree& other, Indices guesses, double known,
+                             double precision, double limit) {
   std::vector<Vec3> some;
   for (std::size_t f = 0; f < faces.size(); f += 1 + faces.size() / kPlaces) {
     const Triangle own = corners_of(faces[f], points);
@@ -405,10 +405,10 @@ double Collapser::deviation(const CollapseResult& result) const {
     std::vector<Face> near;
     std::copy_if(border.begin(), border.end(), std::back_inserter(near),
                  [&](const Face& edge) { return other.holds(corners_of(edge, points), limit_); });
-    return farthest(points, near, other, {}, known, precision, limit_);
+    return bound_distance(points, near, other, {}, known, precision, limit_);
   };
-  double found = farthest(origin_, input_.surface, FaceTree(points_, faces), result.holder, 0, precision, limit_);
-  found = farthest(points_, faces, *tree_, {}, found, precision, limit_);
+  double found = bound_distance(origin_, input_.surface, FaceTree(points_, faces), result.holder, 0, precision, limit_);
+  found = bound_distance(points_, faces, *tree_, {}, found, precision, limit_);
   found = held(origin_, rims_[0], FaceTree(points_, rim), found);
   return held(points_, rim, *edge_tree_[0], found);
 }

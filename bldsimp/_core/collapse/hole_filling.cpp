@@ -7,6 +7,7 @@
 #include "mesh/crossings.hpp"
 #include "mesh/distances.hpp"
 #include "mesh/edges.hpp"
+#include "mesh/errors.hpp"
 
 namespace bldsimp {
 namespace {
@@ -82,7 +83,9 @@ class HoleFiller {
   Vec3 normal(const Face& f) const { return area_vector(corners_of(f, points_)); }
 
   bool folds(const Face& face, Index a, Index b) const {
-    const Vec3 n = normal(face), m = beside_.at(key(a, b));
+    const auto beside = beside_.find(key(a, b));
+    if (beside == beside_.end()) throw InternalError("fill_holes", "an edge of a loop has no face beside it");
+    const Vec3 n = normal(face), m = beside->second;
     return dot(n, m) < kFolded * length(n) * length(m);
   }
 

@@ -26,7 +26,7 @@ class Quadric {
 
   // Where the planes meet, in the directions in which they tell more than `share` of the most; else where p is.
   Vec3 lowest(Vec3 p, double share) const {
-    const EigenSystem own = eigen(a_);
+    const EigenSystem own = decompose(a_);
     const double most = std::max({own.values[0], own.values[1], own.values[2]});
     const Vec3 slope = times(p) + b_;
     for (std::size_t i = 0; i < 3; ++i)

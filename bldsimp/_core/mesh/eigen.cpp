@@ -3,7 +3,7 @@
 namespace bldsimp {
 
 // Cyclic Jacobi rotations: a handful of sweeps brings a 3 x 3 matrix to rounding.
-EigenSystem eigen(const std::array<double, 6>& matrix) {
+EigenSystem decompose(const std::array<double, 6>& matrix) {
   const auto& [xx, xy, xz, yy, yz, zz] = matrix;
   double m[3][3] = {{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
   double v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};

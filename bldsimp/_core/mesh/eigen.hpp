@@ -11,6 +11,6 @@ struct EigenSystem {
 };
 
 // Of the matrix with these entries: xx xy xz yy yz zz.
-EigenSystem eigen(const std::array<double, 6>& matrix);
+EigenSystem decompose(const std::array<double, 6>& matrix);
 
 }  // namespace bldsimp

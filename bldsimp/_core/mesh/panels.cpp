@@ -18,7 +18,7 @@ constexpr double kFlat = 0.8;
 constexpr double kThickest = 1.6;
 constexpr double kRounding = 1e-9;
 
-using Place = Vec3;  // as the panel's own axes have it
+using FramePoint = Vec3;  // as the panel's own axes have it
 
 class PanelFinder {
  public:
@@ -34,7 +34,7 @@ class PanelFinder {
 
  private:
   const Face& face(Index i) const { return faces_[tree_.order()[i]]; }
-  Place place(Index p) const {
+  FramePoint place(Index p) const {
     const Vec3 way = points_[p] - panel_.middle;
     return {dot(way, panel_.x), dot(way, panel_.y), dot(way, panel_.z)};
   }
@@ -94,7 +94,7 @@ class PanelFinder {
     for (std::size_t i = 0, next; i < edges_.size(); i = next) {
       for (next = i + 1; next < edges_.size() && edges_[next] == edges_[i];) ++next;
       if ((next - i) % 2 == 0) continue;
-      const Place p = place(edges_[i][0]), q = place(edges_[i][1]);
+      const FramePoint p = place(edges_[i][0]), q = place(edges_[i][1]);
       if (meets(p, q)) return false;
       if ((p.y <= 0) == (q.y <= 0)) continue;
       odd ^= p.x + (0 - p.y) / (q.y - p.y) * (q.x - p.x) > 0;
@@ -103,7 +103,7 @@ class PanelFinder {
   }
 
   // Whether an edge is at the rectangle.
-  bool meets(const Place& p, const Place& q) const {
+  bool meets(const FramePoint& p, const FramePoint& q) const {
     const double w = (1 + kRounding) * panel_.width, d = (1 + kRounding) * panel_.depth;
     if (std::min(p.x, q.x) > w || std::max(p.x, q.x) < -w || std::min(p.y, q.y) > d || std::max(p.y, q.y) < -d)
       return false;

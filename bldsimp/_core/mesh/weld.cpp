@@ -115,7 +115,7 @@ std::uint64_t rising_bits(double x) {
 // The first rows of all positions, in lexicographic order of these: by 32 bits of x in two counting passes,
 // then by all coordinates where those are equal. Four times as fast as comparing all the way.
 Array<Index> sort_positions(Points rows, Indices first_row) {
-  struct Entry {
+  struct KeyedRow {
     std::uint32_t x;
     Index row;
   };
@@ -132,24 +132,24 @@ Array<Index> sort_positions(Points rows, Indices first_row) {
   });
   if (count == 0) return {};
   const int shift = std::max(0, static_cast<int>(std::bit_width(greatest - least)) - 32);
-  Array<Entry> entries(count), sorted(count);
+  Array<KeyedRow> entries(count), sorted(count);
   auto next = entries.begin();
   for_positions([&](Index row, std::uint64_t x) { *next++ = {static_cast<std::uint32_t>((x - least) >> shift), row}; });
   for (const int digit : {0, 16}) {
     std::vector<Index> place((1 << 16) + 1, 0);
-    for (const Entry& e : entries) ++place[(e.x >> digit & 0xffff) + 1];
+    for (const KeyedRow& e : entries) ++place[(e.x >> digit & 0xffff) + 1];
     std::partial_sum(place.begin(), place.end(), place.begin());
-    for (const Entry& e : entries) sorted[place[e.x >> digit & 0xffff]++] = e;
+    for (const KeyedRow& e : entries) sorted[place[e.x >> digit & 0xffff]++] = e;
     entries.swap(sorted);
   }
   for_runs(
-      entries, [](const Entry& a, const Entry& b) { return a.x == b.x; },
-      [&](std::span<Entry> same) {
+      entries, [](const KeyedRow& a, const KeyedRow& b) { return a.x == b.x; },
+      [&](std::span<KeyedRow> same) {
         std::sort(same.begin(), same.end(),
-                  [&](const Entry& a, const Entry& b) { return lexicographic_less(rows[a.row], rows[b.row]); });
+                  [&](const KeyedRow& a, const KeyedRow& b) { return lexicographic_less(rows[a.row], rows[b.row]); });
       });
   Array<Index> order(count);
-  std::transform(entries.begin(), entries.end(), order.begin(), [](const Entry& e) { return e.row; });
+  std::transform(entries.begin(), entries.end(), order.begin(), [](const KeyedRow& e) { return e.row; });
   return order;
 }
 

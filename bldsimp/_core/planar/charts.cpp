@@ -62,8 +62,8 @@ class AffineFit {
     const double w = 1 / weight_;
     const Vec3 m = w * first_;
     const EigenSystem found =
-        eigen({w * second_[0] - m.x * m.x, w * second_[1] - m.x * m.y, w * second_[2] - m.x * m.z,
-               w * second_[3] - m.y * m.y, w * second_[4] - m.y * m.z, w * second_[5] - m.z * m.z});
+        decompose({w * second_[0] - m.x * m.x, w * second_[1] - m.x * m.y, w * second_[2] - m.x * m.z,
+                   w * second_[3] - m.y * m.y, w * second_[4] - m.y * m.z, w * second_[5] - m.z * m.z});
     std::array<int, 3> order{0, 1, 2};
     std::sort(order.begin(), order.end(), [&](int a, int b) { return found.values[a] > found.values[b]; });
     const double largest = found.values[order[0]];
