@@ -138,4 +138,4 @@ def choose_steps(surface: PlacedSurface, samples: int) -> Flags:
     share = samples * (0.5 / len(square) + 0.5 * square / square.sum())
     # The most steps k with (k + 1) (k + 2) / 2 samples.
     steps = np.floor((np.sqrt(8.0 * share + 1.0) - 3.0) / 2.0)
-    return np.clip(steps, 1, FINEST).astype(np.uint8)
+    return np.asarray(np.clip(steps, 1, FINEST), np.uint8)

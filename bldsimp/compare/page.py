@@ -1,6 +1,6 @@
 """Build one page that shows a comparison in 3D, offline: original and result side by side, the table, the chart.
 
-The viewer is three.js, which lies beside this file; geometry and distances are deflated and written in base64,
+The viewer is three.js, in a file of this folder; geometry and distances are deflated and written in base64,
 each once, however many rows show it.
 """
 
@@ -16,7 +16,7 @@ from html import escape
 from importlib.resources import files
 from pathlib import PurePath
 from string import Template
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ STEPS = 65535
 """Distances are stored in so many steps of the greatest one."""
 
 COLUMNS = {
-    "method": ("method", "What made the surface"),
+    "method": ("method", "Method that made the surface"),
     "points": ("points", "Points that a face uses, after the same weld"),
     "share": ("of original", "Points, in percent of the original's"),
     "triangles": ("triangles", "Triangles"),
@@ -68,8 +68,8 @@ def build_page(comparisons: Sequence[Comparison]) -> bytes:
 
     Notes
     -----
-    Beside the drawing itself, distances take the time: of all points drawn and some tens of thousands of
-    samples, both ways, for each different surface.
+    Most of the time goes into distances: of all points drawn and some tens of thousands of samples, both ways,
+    for each different surface.
     """
     data = PageData()
     numbers = [data.add_file(comparison) for comparison in comparisons]
@@ -100,7 +100,7 @@ class PageData:
     blobs: dict[bytes, int] = field(default_factory=dict)
 
     def add_file(self, comparison: Comparison) -> dict[int, int]:
-        """Add what can be drawn of a comparison; return numbers on the page by index of its rows."""
+        """Add the surfaces of a comparison that can be drawn; return numbers on the page by index of its rows."""
         original = comparison.original
         shown = {
             k: surface
@@ -119,16 +119,15 @@ class PageData:
         }
         numbers = {}
         for k, surface in shown.items():
-            row, pair = comparison.rows[k], pairs.add_result(surface)
+            row, (pair, note) = comparison.rows[k], pairs.add_result(surface)
             numbers[k] = len(self.rows)
             self.rows.append(
                 {
                     "file": len(self.files) - 1,
-                    "surface": pair.number,
                     "tolerance": comparison.tolerances.get(row.tolerance, 0.0),
                     "deviation": row.deviation or 0.0,
-                    "distances": [pair.there, pair.back],
-                    "caption": [f"{row.method} · tolerance {row.tolerance}", *describe_result(row, pair.note)],
+                    **pair,
+                    "caption": [f"{row.method} · tolerance {row.tolerance}", *describe_result(row, note)],
                 }
             )
         return numbers
@@ -166,15 +165,6 @@ class PageData:
         )
 
 
-class Pair(NamedTuple):
-    """Number of a result, distances from the original to it and back, and a note on its drawing."""
-
-    number: int
-    there: dict[str, Any]
-    back: dict[str, Any]
-    note: str
-
-
 class SurfacePairs:
     """One original and its results, each different one drawn and measured once."""
 
@@ -185,15 +175,15 @@ class SurfacePairs:
         self.note = note_thinning(shown, original)
         self._samples = shown.place_samples() - self.judge.origin
         none = data.add_distances(np.zeros(len(self._samples)))
-        self._done = {self._identify(original): Pair(self.number, none, none, self.note)}
+        self._done = {self._identify(original): ({"surface": self.number, "distances": [none, none]}, self.note)}
 
     @staticmethod
     def _identify(surface: PlacedSurface) -> bytes:
         """Return a key that is equal for equal surfaces."""
         return sha256(surface.points.tobytes()).digest() + sha256(surface.faces.tobytes()).digest()
 
-    def add_result(self, surface: PlacedSurface) -> Pair:
-        """Add one result."""
+    def add_result(self, surface: PlacedSurface) -> tuple[dict[str, Any], str]:
+        """Add one result; return its number and distances, from the original to it and back, and a note."""
         key = self._identify(surface)
         if key not in self._done:
             shown, origin = choose_display(surface), self.judge.origin
@@ -201,12 +191,11 @@ class SurfacePairs:
             there, back = tree.distances(self._samples), self.judge.tree.distances(shown.place_samples() - origin)
             # Rounding alone is no distance, as in the figures.
             there, back = (np.maximum(distances - self.judge.noise, 0.0) for distances in (there, back))
-            self._done[key] = Pair(
-                self.data.add_surface(shown, origin),
-                self.data.add_distances(there),
-                self.data.add_distances(back),
-                note_thinning(shown, surface),
-            )
+            pair = {
+                "surface": self.data.add_surface(shown, origin),
+                "distances": [self.data.add_distances(there), self.data.add_distances(back)],
+            }
+            self._done[key] = pair, note_thinning(shown, surface)
         return self._done[key]
 
 
@@ -258,7 +247,7 @@ def embed_chart(k: int, comparison: Comparison, lines: dict[str, LineStyle], num
 
 
 def summarize(comparisons: Sequence[Comparison]) -> str:
-    """Count what is on the page."""
+    """Count the files, tolerances and methods of the page."""
     tolerances = {written for each in comparisons for written in each.tolerances}
     methods = {row.method for each in comparisons for row in each.rows if row.method}
     counts = {"file": len(comparisons), "tolerance": len(tolerances), "method": len(methods)}

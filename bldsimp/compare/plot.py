@@ -132,7 +132,7 @@ def draw_plot(comparisons: Sequence[Comparison], suffix: str) -> bytes:
 
 
 def check_plot(suffix: str) -> None:
-    """Raise now, before there are any rows, what `draw_plot` would raise later.
+    """Raise errors of `draw_plot` early, before there are any rows.
 
     Raises
     ------
@@ -336,7 +336,7 @@ def is_drawable(row: MethodRow) -> bool:
 
 
 def write_remarks(comparisons: Sequence[Comparison]) -> list[str]:
-    """Write what a reader must know: what lines mean, which points are missing and why, what is not to scale."""
+    """Write remarks: the meaning of lines, the points that are missing and why, and the place of 0."""
     lines = [f"{note}: {', '.join(methods)}" for note, methods in find_shared_notes(comparisons).items()]
     for place, methods in find_missing(comparisons).items():
         lines.append(f"not drawn: {', '.join(methods)}; {place}")

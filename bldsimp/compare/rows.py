@@ -68,7 +68,7 @@ class MethodRow:
         Open edges of the result that lie on no open edge of the original.
     seconds : float
     note : str
-        What the figures mean, or why there are none.
+        The meaning of the figures, or the reason why there are none.
     statistics : dict of str to int or float
         Counts of the triangulation.
     surface : PlacedSurface
@@ -173,7 +173,7 @@ def compare_file(
 
 
 class Contest:
-    """All methods on one scene; what they share between tolerances is made once.
+    """All methods on one scene; tolerances share the measure and the runs of decimators.
 
     Raises
     ------

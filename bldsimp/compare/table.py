@@ -17,13 +17,13 @@ SCHEMA = "bldsimp.comparison/1"
 WIDTH = 100
 """Greatest width of the table, in characters."""
 
-HEADER = ("method", "points", "triangles", "deviation", "bound", "watertight", "border made", "seconds")
-
 FIGURES = {
     "points": "{:,}", "triangles": "{:,}", "deviation": "{:.3g}", "bound": "{:.3g}", "watertight": "{}",
     "border_made": "{:,}", "seconds": "{:.2f}",
 }  # fmt: skip
-"""How a column is written for people, in the order of `HEADER`."""
+"""How a column is written for people, in its order."""
+
+HEADER = ("method", *(name.replace("_", " ") for name in FIGURES))
 
 
 def format_text(comparisons: list[Comparison]) -> str:

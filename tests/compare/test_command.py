@@ -140,18 +140,18 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("arguments", "told"),
         [
-            (["--tolerances", "auto,-1"], "--tolerances: '-1' is not a length"),
-            (["--tolerances", ""], "--tolerances: '' is not a length"),
+            (["--tolerances", "auto,-1"], "'--tolerances': '-1' is not a length"),
+            (["--tolerances", ""], "'--tolerances': '' is not a length"),
             (["--csv", "no/folder/o.csv"], "does not exist"),
             (["--csv", "taken.csv"], "exists: give --overwrite"),
             (["--csv", "o.txt", "--json", "o.txt"], "o.txt is also --csv"),
             (["--json", "house.obj", "--overwrite"], "is also a model"),
             (["--plot", "o.pdf"], "a chart cannot be written as '.pdf'"),
             (["what.txt"], "format 'txt' is not known"),
-            (["-", "-", "--from", "obj"], "can be read once only"),
-            (["--csv", "-", "--json", "-"], "--csv and --json: standard output takes one of them"),
-            (["--html", "-"], "--html: '-' is for --csv and --json"),
-            (["--plot", "-"], "--plot: '-' is for --csv and --json"),
+            (["-", "-", "--from", "obj"], "can be read only once"),
+            (["--csv", "-", "--json", "-"], "--csv and --json: only one can go to standard output"),
+            (["--html", "-"], "--html: '-' works only with --csv and --json"),
+            (["--plot", "-"], "--plot: '-' works only with --csv and --json"),
         ],
     )
     def test_what_is_wrong_before_anything_is_read(
@@ -177,7 +177,7 @@ class TestCommand:
 
     def test_help_tells_what_is_not_compared(self) -> None:
         told = " ".join(run_command("compare", "--help").stdout.decode().split())
-        assert "Only geometry is compared: textures, colors and normals are ignored" in told
+        assert "Only geometry is compared, not textures, colors and normals" in told
         assert "exit code is 1" in told
 
     def test_a_bar_on_a_terminal_only(self, house: Path) -> None:

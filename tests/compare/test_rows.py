@@ -164,6 +164,7 @@ def test_a_wrong_tolerance_is_refused(house: Path) -> None:
         compare_file(house, "obj", "house", ["much"])
 
 
+@pytest.mark.slow
 def test_models_have_no_more_points_than_the_standard_method_leaves(models: Path) -> None:
     for path in ("city/derived_val3dity_fzk_haus.obj", "exact/vcity_tour_part_dieu.obj"):
         comparison = compare_file(models / path, "obj", path, ["auto", "0.1%"])
