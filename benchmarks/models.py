@@ -110,7 +110,7 @@ def format_counts(name: str, run: Run) -> list[object]:
     """Write the remaining counts, and the status of the facets."""
     report = run.first
     before, after = report.before, report.after
-    shares = [format_share(count, report.facets) for count in report.rungs.values()]
+    shares = [format_share(count, report.facets) for count in report.facet_levels.values()]
     return [
         name, before.points, after.points, before.triangles, after.triangles, report.facets, *shares,
         format_percent(run.dropped_again, report.after.points),
@@ -123,7 +123,8 @@ def format_promises(name: str, run: Run) -> list[object]:
     words = {True: "closed", False: "open"}
     edges = f"{words[report.before.watertight]} -> {words[report.after.watertight]}"
     return [
-        name, report.tolerance, run.bound, run.found, run.noise, run.kept, edges, report.healed, run.seconds,
+        name, report.tolerance, run.bound, run.found, run.noise, run.kept, edges,
+        report.healed_t_junctions, run.seconds,
     ]  # fmt: skip
 
 

@@ -71,7 +71,9 @@ def _format_cell(cell: object) -> str:
 
 def format_rung_shares(report: Report) -> str:
     """Write the share of the facets on each rung that has any, best rung first."""
-    named = [(name.replace("_", " "), format_share(count, report.facets)) for name, count in report.rungs.items()]
+    named = [
+        (name.replace("_", " "), format_share(count, report.facets)) for name, count in report.facet_levels.items()
+    ]
     return ", ".join(f"{name} {shown}" for name, shown in named if shown)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from .model import Part
 
 SCHEMA = "bldsimp.report/2"
-"""Name and version of the JSON; the number rises when a field goes or changes its meaning."""
+"""Name and version of the JSON; the number rises when a field is removed or changes its meaning."""
 
 OLD_NAMES = {
     "rungs": "facet_levels",

@@ -64,7 +64,7 @@ def judged(scene: Scene, tolerance: Tolerance) -> list[Mesh]:
             judge.surface(light.points, light.faces),
             report.tolerance / stretch,
             report.deviation / stretch,
-            healed=report.healed,
+            healed=report.healed_t_junctions,
             count=100,
         )
         assert found == [], mesh.name

@@ -69,8 +69,8 @@ class TestOnce:
             np.concatenate([faces, cast_indices(faces + len(points))]),
         )
         scene = Scene(None, "arrays", [mesh_of(shape)], 0)
-        _, report = simplify_scene(scene, Options(min_part=0.1))
-        assert len(report.dropped) == 1
+        _, report = simplify_scene(scene, Options(min_component=0.1))
+        assert len(report.removed_components) == 1
         assert report.before.points == 2 * report.after.points == 16
         assert calls["weld"] == 1
 

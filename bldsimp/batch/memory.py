@@ -43,7 +43,7 @@ def measure_free_memory() -> int:
 
 
 def _measure_available() -> int:
-    """Return the free bytes of this machine, with psutil where it is installed; all its bytes where nothing tells."""
+    """Return the free bytes of this machine; where neither psutil nor Linux knows them, all of its bytes."""
     with contextlib.suppress(ImportError):
         import psutil
 

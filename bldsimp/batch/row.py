@@ -112,7 +112,7 @@ def make_failure(task: Task, kind: str, error: str) -> FileRow:
 def make_retry(task: Task, row: FileRow) -> Task | None:
     """Return the task for a second try; None where there is none.
 
-    A full disk is not the file's fault: the run goes on once there is room.
+    A full disk is not the file's fault: a resumed run does it once there is room.
     """
     if not row.failed or row.kind in ("refused", "full") or task.again:
         return None

@@ -250,7 +250,7 @@ Storage: TypeAlias = LocalStorage | RemoteStorage
 
 
 def _make_entry(name: str, information: dict[str, Any]) -> FileEntry:
-    """Make an entry of what a file system tells."""
+    """Make an entry from the information of a file system."""
     changed = next((information[key] for key in _TIMES if information.get(key) is not None), 0)
     seconds = changed.timestamp() if hasattr(changed, "timestamp") else changed
     mtime = int(float(seconds) * 1e9) if isinstance(seconds, (int, float)) else 0

@@ -2,34 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import resource
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import COMMAND, assert_box, assert_one_error, list_names, run_command
 from shapes import Gltf, box, fine_box, obj_text, open_cone, ply_bytes, write
 
+from bldsimp import Options
 from bldsimp.cli import main
-from bldsimp.inspection import count_defects
 from bldsimp.io import read
-
-COMMAND = [sys.executable, "-c", "import sys; from bldsimp.cli import main; sys.exit(main())"]
-
-
-def run(*arguments: object, stdin: bytes = b"", **options) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run([*COMMAND, *map(str, arguments)], input=stdin, capture_output=True, timeout=60, **options)
-
-
-def shell(redirection: str, words: list[str], folder: Path) -> subprocess.CompletedProcess[bytes]:
-    """Run with a stream redirected as only a shell can."""
-    script = f'exec "$@" {redirection}'
-    return subprocess.run(["sh", "-c", script, "sh", *COMMAND, *words], cwd=folder, capture_output=True, timeout=60)
 
 
 @pytest.fixture
@@ -37,29 +26,9 @@ def house(tmp_path: Path) -> Path:
     return write(tmp_path / "house.obj", obj_text(*fine_box()))
 
 
-def assert_box(source: Path | bytes, format_: str) -> None:
-    mesh = read(source, format_).meshes[0]
-    surface = count_defects(mesh.points, mesh.faces)
-    assert (surface.points, surface.triangles, surface.watertight) == (8, 12, True)
-
-
-def one_error(result: subprocess.CompletedProcess[bytes], code: int, *told: str) -> None:
-    lines = result.stderr.decode().splitlines()
-    assert len(lines) == 1, lines
-    assert lines[0].startswith("bldsimp: error: ")
-    assert result.returncode == code
-    assert result.stdout == b""
-    for text in told:
-        assert text in lines[0]
-
-
-def names(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir())
-
-
 class TestSimplify:
     def test_a_file_into_a_file_with_a_report(self, house: Path, tmp_path: Path) -> None:
-        result = run("simplify", house, tmp_path / "out.glb", "--report", tmp_path / "report.json")
+        result = run_command("simplify", house, tmp_path / "out.glb", "--report", tmp_path / "report.json")
         assert result.returncode == 0
         assert result.stdout == b""
         assert_box(tmp_path / "out.glb", "glb")
@@ -75,7 +44,7 @@ class TestSimplify:
         summary = result.stderr.decode()
         assert "98 -> 8" in summary
         assert "watertight" in summary
-        assert names(tmp_path) == ["house.obj", "out.glb", "report.json"]
+        assert list_names(tmp_path) == ["house.obj", "out.glb", "report.json"]
 
     def test_what_goes_as_a_whole_is_told(self, tmp_path: Path) -> None:
         shapes = {"wall": box(4.0), "panel": box(1.0, 0.02), "speck": box(0.1, 9.0)}
@@ -85,7 +54,7 @@ class TestSimplify:
             start += len(points)
         source, report = write(tmp_path / "in.obj", text), tmp_path / "report.json"
         options = ["--tolerance", "1.2", "--min-component", "0.2", "--report", report]
-        result = run("simplify", source, tmp_path / "out.obj", *options)
+        result = run_command("simplify", source, tmp_path / "out.obj", *options)
         assert result.returncode == 0
         assert_box(tmp_path / "out.obj", "obj")
         removed = json.loads(report.read_text())["removed_components"]
@@ -100,85 +69,87 @@ class TestSimplify:
         points, faces = fine_box()
         source, report = write(tmp_path / "in.obj", obj_text(points, faces[1:])), tmp_path / "report.json"
         for options, closed in (([], 0), (["--allow-close"], 1)):
-            result = run("simplify", source, "-", "--to", "obj", "--tolerance", "0.2", "--report", report, *options)
+            result = run_command(
+                "simplify", source, "-", "--to", "obj", "--tolerance", "0.2", "--report", report, *options
+            )
             assert result.returncode == 0
             assert json.loads(report.read_text())["closed_boundary_loops"] == closed
             assert (b"1 boundary loops closed" in result.stderr) == (closed == 1)
         assert_box(result.stdout, "obj")
 
     def test_pipes(self, house: Path) -> None:
-        result = run("simplify", "-", "-", "--from", "obj", "--to", "ply", stdin=house.read_bytes())
+        result = run_command("simplify", "-", "-", "--from", "obj", "--to", "ply", stdin=house.read_bytes())
         assert result.returncode == 0
         assert_box(result.stdout, "ply")
         assert b"98 -> 8" in result.stderr
 
     def test_quiet_and_verbose(self, house: Path, tmp_path: Path) -> None:
-        assert run("simplify", house, tmp_path / "a.ply", "-q").stderr == b""
-        plain = run("simplify", house, tmp_path / "b.ply").stderr
-        verbose = run("simplify", house, tmp_path / "c.ply", "-v").stderr
+        assert run_command("simplify", house, tmp_path / "a.ply", "-q").stderr == b""
+        plain = run_command("simplify", house, tmp_path / "b.ply").stderr
+        verbose = run_command("simplify", house, tmp_path / "c.ply", "-v").stderr
         assert len(verbose.splitlines()) > len(plain.splitlines())
 
     def test_in_place(self, house: Path, tmp_path: Path) -> None:
         before = house.read_bytes()
-        one_error(run("simplify", house, house), 2, "exists", "--overwrite")
+        assert_one_error(run_command("simplify", house, house), 2, "exists", "--overwrite")
         assert house.read_bytes() == before
-        assert run("simplify", house, house, "--overwrite").returncode == 0
+        assert run_command("simplify", house, house, "--overwrite").returncode == 0
         assert_box(house, "obj")
-        assert names(tmp_path) == ["house.obj"]
+        assert list_names(tmp_path) == ["house.obj"]
 
     def test_a_gltf_in_place_keeps_its_buffer_name(self, tmp_path: Path) -> None:
         document = Gltf()
         document.mesh(document.box(fine=True))
         write(tmp_path / "walls.bin", bytes(document.data))
         path = write(tmp_path / "house.gltf", document.gltf("walls.bin"))
-        assert run("simplify", path, path, "--overwrite").returncode == 0
+        assert run_command("simplify", path, path, "--overwrite").returncode == 0
         assert_box(path, "gltf")
-        assert names(tmp_path) == ["house.gltf", "walls.bin"]
+        assert list_names(tmp_path) == ["house.gltf", "walls.bin"]
 
     def test_the_buffer_of_the_input_is_never_replaced_by_another_output(self, tmp_path: Path) -> None:
         document = Gltf()
         document.mesh(document.box(fine=True))
         buffer = write(tmp_path / "out.bin", bytes(document.data))
         path = write(tmp_path / "in.gltf", document.gltf("out.bin"))
-        assert run("simplify", path, tmp_path / "out.gltf", "--overwrite").returncode == 0
+        assert run_command("simplify", path, tmp_path / "out.gltf", "--overwrite").returncode == 0
         assert buffer.read_bytes() == document.data
         assert_box(tmp_path / "out.gltf", "gltf")
 
     @pytest.mark.parametrize("tolerance", ["auto", "0", "1e-6", "0.001%"])
     def test_tolerances(self, house: Path, tmp_path: Path, tolerance: str) -> None:
-        result = run("simplify", house, tmp_path / "out.obj", "--tolerance", tolerance)
+        result = run_command("simplify", house, tmp_path / "out.obj", "--tolerance", tolerance)
         assert result.returncode == 0
         assert_box(tmp_path / "out.obj", "obj")
 
     def test_colours_are_kept_unless_they_may_be_crossed(self, tmp_path: Path) -> None:
         text = obj_text(*fine_box()).replace("\nf", " 1 0 0\nf", 1).replace("\nv", " 1 0 0\nv")
         source = write(tmp_path / "red.obj", text)
-        run("simplify", source, tmp_path / "a.obj")
+        run_command("simplify", source, tmp_path / "a.obj")
         assert_box(tmp_path / "a.obj", "obj")
         colors = read(tmp_path / "a.obj", "obj").meshes[0].attributes[0].values
         assert np.array_equal(colors, np.tile([1.0, 0.0, 0.0], (8, 1)))
-        result = run("simplify", source, tmp_path / "b.obj", "--delimit", "none")
+        result = run_command("simplify", source, tmp_path / "b.obj", "--delimit", "none")
         assert b"removed as requested, from 1 part: colors" in result.stderr
         assert_box(tmp_path / "b.obj", "obj")
         assert not read(tmp_path / "b.obj", "obj").meshes[0].attributes
 
     def test_few_removed_points_and_coarse_numbers_give_a_hint(self, tmp_path: Path) -> None:
         source = write(tmp_path / "cone.obj", obj_text(*open_cone()))
-        assert b"few points could be removed" in run("simplify", source, tmp_path / "a.obj").stderr
+        assert b"few points could be removed" in run_command("simplify", source, tmp_path / "a.obj").stderr
         points, faces = open_cone()
         source = write(tmp_path / "far.ply", ply_bytes(points + 5_000_000.0, faces))
-        assert b"than the tolerance: try --tolerance 2" in run("simplify", source, tmp_path / "b.ply").stderr
+        assert b"than the tolerance: try --tolerance 2" in run_command("simplify", source, tmp_path / "b.ply").stderr
 
     def test_same_bytes_twice_and_nothing_more_the_second_time(self, house: Path, tmp_path: Path) -> None:
         for name in ("a.glb", "b.glb"):
-            run("simplify", house, tmp_path / name)
+            run_command("simplify", house, tmp_path / name)
         assert (tmp_path / "a.glb").read_bytes() == (tmp_path / "b.glb").read_bytes()
-        run("simplify", tmp_path / "a.glb", tmp_path / "c.glb")
+        run_command("simplify", tmp_path / "a.glb", tmp_path / "c.glb")
         assert_box(tmp_path / "c.glb", "glb")
 
     def test_scripted_formats_without_suffix(self, house: Path, tmp_path: Path) -> None:
         plain = write(tmp_path / "model", house.read_bytes())
-        assert run("simplify", plain, tmp_path / "light", "--from", "OBJ", "--to", ".ply").returncode == 0
+        assert run_command("simplify", plain, tmp_path / "light", "--from", "OBJ", "--to", ".ply").returncode == 0
         assert_box(tmp_path / "light", "ply")
 
 
@@ -229,9 +200,9 @@ class TestWrongUsage:
         write(tmp_path / "there.obj", "old")
         (tmp_path / "loop.obj").symlink_to("loop.obj")
         code = main(["simplify", *arguments])
-        one_error(subprocess.CompletedProcess([], code, *capfdbinary.readouterr()), 2, told)
+        assert_one_error(subprocess.CompletedProcess([], code, *capfdbinary.readouterr()), 2, told)
         assert (tmp_path / "there.obj").read_bytes() == b"old"
-        assert names(tmp_path) == ["folder.obj", "loop.obj", "there.obj"]
+        assert list_names(tmp_path) == ["folder.obj", "loop.obj", "there.obj"]
 
 
 class TestFailure:
@@ -251,16 +222,16 @@ class TestFailure:
     def test_unreadable_input(self, tmp_path: Path, name: str, content: str | bytes | None, told: str) -> None:
         if content is not None:
             write(tmp_path / name, content)
-        before = names(tmp_path)
+        before = list_names(tmp_path)
         report = ["--report", tmp_path / "r.json"]
-        one_error(run("simplify", tmp_path / name, tmp_path / "out.glb", *report), 1, name, told)
-        assert names(tmp_path) == before
+        assert_one_error(run_command("simplify", tmp_path / name, tmp_path / "out.glb", *report), 1, name, told)
+        assert list_names(tmp_path) == before
 
     def test_a_face_without_area_is_no_result(self, tmp_path: Path) -> None:
         source = write(tmp_path / "in.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n")
-        result = run("simplify", source, tmp_path / "out.obj")
+        result = run_command("simplify", source, tmp_path / "out.obj")
         assert result.returncode == 1
-        assert names(tmp_path) == ["in.obj"]
+        assert list_names(tmp_path) == ["in.obj"]
 
     def test_a_full_disk(self, house: Path, tmp_path: Path) -> None:
         old = write(tmp_path / "out.obj", "old")
@@ -269,13 +240,15 @@ class TestFailure:
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 
-        one_error(run("simplify", house, old, "--overwrite", preexec_fn=limit), 1, "out.obj", "cannot be written")
+        assert_one_error(
+            run_command("simplify", house, old, "--overwrite", preexec_fn=limit), 1, "out.obj", "cannot be written"
+        )
         assert old.read_bytes() == b"old"
-        assert names(tmp_path) == ["house.obj", "out.obj"]
+        assert list_names(tmp_path) == ["house.obj", "out.obj"]
 
     @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
     def test_a_full_device_and_a_full_pipe(self, house: Path) -> None:
-        one_error(run("simplify", house, "/dev/full", "--to", "obj"), 1, "No space left")
+        assert_one_error(run_command("simplify", house, "/dev/full", "--to", "obj"), 1, "No space left")
         with open("/dev/full", "wb") as full:
             result = subprocess.run(
                 [*COMMAND, "simplify", house, "-", "--to", "ply"], stdout=full, stderr=subprocess.PIPE
@@ -314,75 +287,12 @@ class TestFailure:
         assert process.wait(timeout=60) == code
         assert process.stderr is not None
         assert b"Traceback" not in process.stderr.read()
-        assert names(tmp_path) == ["in.obj"]
-
-
-class TestStreams:
-    """Closed, full, or gone: one line where there is still a place for it, and no traceback."""
-
-    def test_a_report_to_standard_output(self, house: Path, tmp_path: Path) -> None:
-        result = run("simplify", house, tmp_path / "out.obj", "--report", "-", "-q")
-        assert (result.returncode, result.stderr) == (0, b"")
-        assert json.loads(result.stdout)["after"]["points"] == 8
-        assert names(tmp_path) == ["house.obj", "out.obj"]
-
-    @pytest.mark.parametrize(
-        ("arguments", "closed"),
-        [
-            (["inspect", "IN"], ">&-"),
-            (["simplify", "IN", "-", "--to", "obj"], ">&-"),
-            (["simplify", "IN", "out.obj", "--report", "-"], ">&-"),
-            (["simplify", "-", "out.obj", "--from", "obj"], "<&-"),
-        ],
-    )
-    def test_closed_where_needed(self, house: Path, tmp_path: Path, arguments: list[str], closed: str) -> None:
-        words = [str(house) if word == "IN" else word for word in arguments]
-        result = shell(closed, words, tmp_path)
-        one_error(result, 1, "standard input is closed" if "<" in closed else "standard output is closed")
-        assert names(tmp_path) == ["house.obj"]
-
-    @pytest.mark.parametrize("closed", [">&-", "<&-", "2>&-"])
-    def test_closed_where_not_needed(self, house: Path, tmp_path: Path, closed: str) -> None:
-        result = shell(closed, ["simplify", str(house), "out.obj", "-q"], tmp_path)
-        assert (result.returncode, result.stdout, result.stderr) == (0, b"", b"")
-        assert_box(tmp_path / "out.obj", "obj")
-
-    @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-    def test_full(self, house: Path, tmp_path: Path) -> None:
-        for words in (["inspect", str(house)], ["--help"], ["simplify", str(house), "a.obj", "--report", "-", "-q"]):
-            one_error(shell(">/dev/full", words, tmp_path), 1, "No space left")
-        result = shell("2>/dev/full", ["simplify", str(house), "out.obj"], tmp_path)
-        assert (result.returncode, result.stdout, result.stderr) == (1, b"", b"")
-        assert_box(tmp_path / "out.obj", "obj")
-        assert shell("2>/dev/full", ["inspect", "none.obj"], tmp_path).returncode == 1
-
-    def test_a_name_that_the_encoding_lacks(self, tmp_path: Path) -> None:
-        document = Gltf()
-        document.mesh(document.box(), name="Haus \u017b \ud800 \x1b[31m\nred")
-        source = write(tmp_path / "in.glb", document.glb())
-        result = run("inspect", source, env={**os.environ, "PYTHONIOENCODING": "latin-1"})
-        assert result.returncode == 0
-        assert b"mesh        Haus \\u017b ?  [31m red\n" in result.stdout
-
-    @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-    def test_a_signal_while_modules_load(self, house: Path, tmp_path: Path, number: int, code: int) -> None:
-        words = [COMMAND[0], "-X", "importtime", *COMMAND[1:], "simplify", house, tmp_path / "out.obj"]
-        process = subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
-        assert process.stderr is not None
-        told = ""
-        while "numpy" not in told:
-            told = process.stderr.readline()
-            assert told
-        process.send_signal(number)
-        rest = [line for line in process.stderr if not line.startswith("import time:")]
-        assert process.wait(timeout=60) == code
-        assert rest == (["bldsimp: error: interrupted\n"] if number == signal.SIGINT else [])
-        assert names(tmp_path) == ["house.obj"]
+        assert list_names(tmp_path) == ["in.obj"]
 
 
 class TestInspect:
     def test_as_text(self, house: Path) -> None:
-        result = run("inspect", house)
+        result = run_command("inspect", house)
         assert result.returncode == 0
         assert result.stderr == b""
         words = {line[2:20].strip(): line[20:] for line in result.stdout.decode().splitlines() if line.startswith("  ")}
@@ -392,8 +302,8 @@ class TestInspect:
     def test_what_a_file_carries_is_told(self, tmp_path: Path) -> None:
         text = obj_text(*fine_box()).replace("\nf", " 1 0 0\nf", 1).replace("\nv", " 1 0 0\nv")
         source = write(tmp_path / "red.obj", text)
-        assert b"attributes        COLOR_0 (color)" in run("inspect", source).stdout
-        found = json.loads(run("inspect", source, "--json").stdout)["meshes"][0]
+        assert b"attributes        COLOR_0 (color)" in run_command("inspect", source).stdout
+        found = json.loads(run_command("inspect", source, "--json").stdout)["meshes"][0]
         assert found["attributes"] == [{"name": "COLOR_0", "kind": "color", "on": "vertices"}]
         assert found["unchanged_parts"] == []
 
@@ -401,7 +311,7 @@ class TestInspect:
         points, faces = box()
         points = np.vstack([points, points[:1]])
         faces = np.vstack([faces[1:], faces[-1:], [[0, 8, 1]]])
-        result = run("inspect", write(tmp_path / "in.ply", ply_bytes(points, faces)), "--json")
+        result = run_command("inspect", write(tmp_path / "in.ply", ply_bytes(points, faces)), "--json")
         found = json.loads(result.stdout)
         assert found["schema"] == "bldsimp.inspection/2"
         total = found["total"]
@@ -413,10 +323,10 @@ class TestInspect:
         assert found["auto_tolerance"] == pytest.approx(min(16 * 2.0**-22, 1e-6 * np.sqrt(12.0)))
 
     def test_standard_input_and_errors(self, house: Path, tmp_path: Path) -> None:
-        assert b"triangles" in run("inspect", "-", "--from", "obj", stdin=house.read_bytes()).stdout
-        one_error(run("inspect", "-"), 2, "--from")
-        one_error(run("inspect", tmp_path), 2, "directory")
-        one_error(run("inspect", tmp_path / "none.ply"), 1, "no such file")
+        assert b"triangles" in run_command("inspect", "-", "--from", "obj", stdin=house.read_bytes()).stdout
+        assert_one_error(run_command("inspect", "-"), 2, "--from")
+        assert_one_error(run_command("inspect", tmp_path), 2, "directory")
+        assert_one_error(run_command("inspect", tmp_path / "none.ply"), 1, "no such file")
 
 
 @pytest.mark.parametrize(
@@ -437,28 +347,36 @@ class TestInspect:
 def test_a_shell_completes_files_commands_and_options(words: str, kind: str) -> None:
     words = f"bldsimp {words}"
     variables = {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split(" ")) - 1)}
-    result = run(env=os.environ | variables | {"_BLDSIMP_COMPLETE": "bash_complete"})
+    result = run_command(env=os.environ | variables | {"_BLDSIMP_COMPLETE": "bash_complete"})
     assert result.returncode == 0
     assert {line.split(",")[0] for line in result.stdout.decode().splitlines()} == {kind}
 
 
 def test_a_shell_gets_the_script_that_completes() -> None:
-    result = run(env=os.environ | {"_BLDSIMP_COMPLETE": "bash_source"})
+    result = run_command(env=os.environ | {"_BLDSIMP_COMPLETE": "bash_source"})
     assert b"complete -o nosort -F _bldsimp_completion bldsimp" in result.stdout
 
 
 def test_the_old_name_of_min_component_still_works(tmp_path: Path) -> None:
     text = obj_text(*box(4.0)) + obj_text(*box(0.1, 9.0), start=9)
     source = write(tmp_path / "in.obj", text)
-    result = run("simplify", source, tmp_path / "out.obj", "--min-part", "0.2")
+    result = run_command("simplify", source, tmp_path / "out.obj", "--min-part", "0.2")
     assert b"--min-part is deprecated: use --min-component" in result.stderr
     assert_box(tmp_path / "out.obj", "obj")
-    assert b"--min-part" not in run("simplify", "--help").stdout
+    assert b"--min-part" not in run_command("simplify", "--help").stdout
+
+
+def test_the_old_name_of_its_field_still_works() -> None:
+    with pytest.warns(DeprecationWarning, match="use min_component"):
+        options = Options(min_part=0.2)
+    assert options == Options(min_component=0.2)
+    assert options.min_part == 0.2
+    assert dataclasses.replace(options, min_component=1.0) == Options(min_component=1.0)
 
 
 def test_version_and_help() -> None:
-    assert run("--version").stdout.startswith(b"bldsimp 0.")
+    assert run_command("--version").stdout.startswith(b"bldsimp 0.")
     for command in ([], ["simplify"], ["inspect"], ["batch"], ["compare"]):
-        result = run(*command, "--help")
+        result = run_command(*command, "--help")
         assert result.returncode == 0
         assert b"Usage" in result.stdout

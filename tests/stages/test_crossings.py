@@ -236,7 +236,7 @@ def test_facets_step_down_where_they_would_be_pierced(plate: solids.Shape, pierc
     assert of_meshes([both]) == 0
     held = simplified(both, FINE)
     assert len(held.after.points) == 8
-    assert held.report.reasons == {"pierced": 1}
+    assert held.report.fallback_reasons == {"pierced": 1}
     assert of_meshes([held.result]) == 0
 
 

@@ -40,10 +40,10 @@ def holed_box(rounds: int = 4) -> Shape:
 
 def test_a_hole_closes_only_where_allowed() -> None:
     _, report = simplified(holed_box(), 0.1)
-    assert (report.closed, report.before.open_edges, report.after.open_edges) == (1, 3, 0)
+    assert (report.closed_boundary_loops, report.before.open_edges, report.after.open_edges) == (1, 3, 0)
     assert (report.after.points, report.after.watertight) == (8, True)
     _, report = simplified(holed_box(), 0.1, allow_close=False)
-    assert report.closed == 0
+    assert report.closed_boundary_loops == 0
     assert report.after.open_edges > 0
 
 
@@ -66,7 +66,7 @@ def test_both_ends_of_a_narrow_pipe_close() -> None:
     normal = np.cross(*(pipe[0][pipe[1][:, i]] - pipe[0][pipe[1][:, 0]] for i in (1, 2)))
     mesh = solids.without_faces(pipe, *np.flatnonzero(np.abs(normal[:, 2]) > 1e-9).tolist())
     _, report = simplified(solids.moved(solids.subdivided(mesh, 1), (5, 5, 0)), 0.05)
-    assert (report.closed, report.after.watertight) == (2, True)
+    assert (report.closed_boundary_loops, report.after.watertight) == (2, True)
     assert simplified(solids.moved(mesh, (5, 5, 0)), 0.03)[1].closed == 0
 
 
@@ -161,5 +161,5 @@ def test_blocks_do_not_rely_on_lids() -> None:
     a, b, c, d = (corner[i + k, j + n][stays] for k, n in ((0, 0), (1, 0), (1, 1), (0, 1)))
     faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     _, report = simplified(solids.shape(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces), tolerance)
-    assert report.closed == 12 * 12 - 23  # those at the rim are no loops of their own
+    assert report.closed_boundary_loops == 12 * 12 - 23  # those at the rim are no loops of their own
     assert report.after.points < 1000

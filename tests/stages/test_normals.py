@@ -136,7 +136,7 @@ class TestKept:
         scene = read(write(tmp_path / "in.obj", "\n".join(lines)), "obj")
         options = Options(delimit=frozenset({"material"}))
         (light,), report = simplify_scene(scene, options)
-        assert report.turned == len(faces)
+        assert report.reversed_faces == len(faces)
         _, found = resolve_normals(scene.meshes[0], light, options)
         assert found is not None
         used = np.unique(light.faces)

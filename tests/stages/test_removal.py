@@ -83,14 +83,14 @@ def test_directions_that_differ_by_rounding_are_one() -> None:
 def test_a_doubled_wall_becomes_one() -> None:
     case = simplified(solids.merged(sheet(), sheet(0.01)), 0.05)
     assert (case.report.after.points, case.report.after.triangles) == (4, 2)
-    assert [(part.triangles, part.reason) for part in case.report.dropped] == [(2, "within_tolerance")]
+    assert [(part.triangles, part.reason) for part in case.report.removed_components] == [(2, "within_tolerance")]
     assert well_done(case)
 
 
 def test_at_the_files_own_rounding_nothing_goes() -> None:
     case = simplified(solids.merged(sheet(), sheet(1e-7)))
     assert case.report.after.points == 8
-    assert case.report.dropped == []
+    assert case.report.removed_components == []
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.001])
@@ -98,12 +98,14 @@ def test_at_the_files_own_rounding_nothing_goes() -> None:
 def test_a_sill_goes_where_the_tolerance_is_wider(gap: float, tolerance: float, points: int, dropped: int) -> None:
     sill = solids.box((1, 0.04, 0.05), (1.5, -0.04 - gap, 1))
     case = simplified(solids.merged(wall(), sill), tolerance)
-    assert (case.report.after.points, len(case.report.dropped)) == (points, dropped)
+    assert (case.report.after.points, len(case.report.removed_components)) == (points, dropped)
     assert case.report.after.watertight
     assert well_done(case)
     if dropped:
-        np.testing.assert_allclose(case.report.dropped[0].box, [[1.5, -0.04 - gap, 1], [2.5, -gap, 1.05]], atol=1e-12)
-        assert case.report.dropped[0].triangles == 12
+        np.testing.assert_allclose(
+            case.report.removed_components[0].box, [[1.5, -0.04 - gap, 1], [2.5, -gap, 1.05]], atol=1e-12
+        )
+        assert case.report.removed_components[0].triangles == 12
 
 
 def test_what_shares_edges_with_a_wall_goes_without_opening_it() -> None:
@@ -112,7 +114,7 @@ def test_what_shares_edges_with_a_wall_goes_without_opening_it() -> None:
         solids.box((4, 1, 3)), solids.box((4, 0.05, 3), (0, 1, 0)), solids.box((4, 1, 3), (0, 1.05, 0))
     )
     case = simplified(solids.welded(slabs), 0.04)
-    assert [part.triangles for part in case.report.dropped] == [12]
+    assert [part.triangles for part in case.report.removed_components] == [12]
     assert judge.topology(case.before).nonmanifold_edges == 8
     assert case.report.after.watertight
     assert well_done(case)
@@ -120,8 +122,15 @@ def test_what_shares_edges_with_a_wall_goes_without_opening_it() -> None:
 
 def test_a_solid_deep_in_a_thick_wall_stays() -> None:
     core = solids.box((1, 0.1, 1), (1, 0.1, 1))
-    assert simplified(solids.merged(wall(), core), 0.05).report.dropped == []
-    assert len(simplified(solids.merged(wall(0.09), solids.box((1, 0.05, 1), (1, 0.02, 1))), 0.05).report.dropped) == 1
+    assert simplified(solids.merged(wall(), core), 0.05).report.removed_components == []
+    assert (
+        len(
+            simplified(
+                solids.merged(wall(0.09), solids.box((1, 0.05, 1), (1, 0.02, 1))), 0.05
+            ).report.removed_components
+        )
+        == 1
+    )
 
 
 def test_the_smaller_one_goes() -> None:
@@ -136,7 +145,7 @@ def test_what_went_frees_what_it_was_joined_to() -> None:
     box = solids.box((0.2, 0.02, 0.2), (1, 0.01, 1))
     flap = solids.of_polygons([(1, 0.01, 0.5), (1.2, 0.01, 0.5), (1.2, 0.01, 1), (1, 0.01, 1)])
     case = simplified(solids.welded(solids.merged(sheet(), box, flap)), 0.05)
-    assert sorted(part.triangles for part in case.report.dropped) == [2, 12]
+    assert sorted(part.triangles for part in case.report.removed_components) == [2, 12]
     assert well_done(case)
 
 
@@ -176,7 +185,7 @@ def test_the_order_of_faces_does_not_matter() -> None:
     heap = solids.merged(*(sheet(0.03 * i, 1 + 0.1 * (i % 3)) for i in range(9)))
     cases = [simplified(mesh, 0.1) for mesh in (heap, solids.shuffled(heap, 1), solids.shuffled(heap, 2))]
     assert len({frozenset(judge.triangles(case.after)) for case in cases}) == 1
-    assert len({len(case.report.dropped) for case in cases}) == 1
+    assert len({len(case.report.removed_components) for case in cases}) == 1
 
 
 def spare(points: list[tuple[float, float, float]], pinned: int = -1, limit: float = 0.5) -> list[int]:
@@ -218,64 +227,66 @@ SPECK = solids.box((0.1, 0.1, 0.1), (9, 9, 9))
 def test_a_speck_goes_where_asked_and_is_listed() -> None:
     given = scene(wall(), SPECK, solids.moved(SPECK, (0, 0, 3)))
     for tolerance in (Tolerance(), Tolerance(0.01, "length")):
-        (light,), report = simplify_scene(given, Options(tolerance=tolerance, min_part=0.2))
+        (light,), report = simplify_scene(given, Options(tolerance=tolerance, min_component=0.2))
         assert len(light.faces) == report.after.triangles == 12
         assert (report.before.points, report.before.triangles, report.before.watertight) == (24, 36, True)
-        assert [(part.part, part.triangles, part.reason) for part in report.dropped] == [
+        assert [(part.part, part.triangles, part.reason) for part in report.removed_components] == [
             ("part 1", 12, "smaller_than_min_component"), ("part 2", 12, "smaller_than_min_component"),
         ]  # fmt: skip
-        np.testing.assert_allclose(report.dropped[0].box, [[9, 9, 9], [9.1, 9.1, 9.1]])
+        np.testing.assert_allclose(report.removed_components[0].box, [[9, 9, 9], [9.1, 9.1, 9.1]])
         assert report.deviation <= report.tolerance
-        (light,), report = simplify_scene(given, Options(tolerance=tolerance, min_part=0.17))
+        (light,), report = simplify_scene(given, Options(tolerance=tolerance, min_component=0.17))
         assert len(light.faces) == 36
-        assert report.dropped == []
+        assert report.removed_components == []
 
 
 def test_the_largest_component_of_a_file_stays() -> None:
     one, two = scene(wall(), SPECK), scene(SPECK)
     both = Scene(None, "arrays", [*one.meshes, *two.meshes], 0)
-    lights, report = simplify_scene(both, Options(min_part=100.0))
+    lights, report = simplify_scene(both, Options(min_component=100.0))
     assert [len(light.faces) for light in lights] == [12, 0]
-    assert [part.triangles for part in report.dropped] == [12, 12]
+    assert [part.triangles for part in report.removed_components] == [12, 12]
     assert report.after.points == 8
 
 
 def test_size_is_measured_in_world_space() -> None:
     given = scene(wall(), SPECK)
     given.meshes[0].transforms = np.stack([np.diag([2.0, 2, 2, 1]), np.eye(4)])
-    assert simplify_scene(given, Options(min_part=0.3))[1].dropped == []
-    (part,) = simplify_scene(given, Options(min_part=0.4))[1].dropped
+    assert simplify_scene(given, Options(min_component=0.3))[1].removed_components == []
+    (part,) = simplify_scene(given, Options(min_component=0.4))[1].removed_components
     np.testing.assert_allclose(part.box, [[18, 18, 18], [18.2, 18.2, 18.2]])
 
 
 def test_specks_of_parts_that_are_passed_on_stay_and_are_told() -> None:
     given = scene(wall(), SPECK, solids.moved(SPECK, (0, 0, 3)), fixed=((), ("skin",), ()))
-    (light,), report = simplify_scene(given, Options(min_part=0.2))
+    (light,), report = simplify_scene(given, Options(min_component=0.2))
     assert sorted(set(light.part_of_face.tolist())) == [0, 1]
-    assert [part.part for part in report.dropped] == ["part 2"]
+    assert [part.part for part in report.removed_components] == ["part 2"]
     assert any("1 component smaller than 0.2 stays" in text for text in report.warnings)
 
 
 def test_copies_and_faces_without_area_go_with_their_speck() -> None:
     points, faces = solids.with_copies(SPECK)
     speck = solids.shape(points, np.concatenate([faces, [[0, 0, 1], faces[0][[0, 2, 1]]]]))
-    (result,), report = simplify_scene(scene(wall(), speck), Options(min_part=0.2))
+    (result,), report = simplify_scene(scene(wall(), speck), Options(min_component=0.2))
     assert len(result.faces) == 12
-    assert report.dropped[0].triangles + report.degenerate + report.duplicate == len(speck[1])
+    assert report.removed_components[
+        0
+    ].triangles + report.removed_degenerate_faces + report.removed_duplicate_faces == len(speck[1])
 
 
 def test_parts_passed_on_hold_others() -> None:
     given = scene(sheet(), sheet(0.01), fixed=((), ("skin",)))
     (light,), report = simplify_scene(given, Options(tolerance=Tolerance(0.05, "length")))
     assert light.part_of_face.tolist() == [1, 1]
-    assert [part.part for part in report.dropped] == ["part 0"]
+    assert [part.part for part in report.removed_components] == ["part 0"]
 
 
 def test_corners_of_a_heap_in_any_place(capsys: pytest.CaptureFixture[str]) -> None:
     # Coordinates of map projections: proofs are about a local origin.
     mesh = solids.moved(solids.merged(wall(), solids.box((1, 0.04, 0.05), (1.5, -0.04, 1))), (4e6, 5e6, 100))
     case = simplified(mesh, 0.05)
-    assert len(case.report.dropped) == 1
+    assert len(case.report.removed_components) == 1
     assert well_done(case)
 
 
@@ -296,8 +307,8 @@ def test_what_faces_carry_stays_theirs_where_small_parts_go() -> None:
     color = np.repeat([[0.0], [1.0], [0.5]], 2, axis=0)
     carried = Attribute("FACE_COLOR_0", "color", color, np.ones((1, 1)), on_faces=True)
     mesh = Mesh("wall", *shape, np.zeros(6, np.int32), [Part("wall")], attributes=[carried])
-    (light,), report = simplify_scene(Scene(None, "arrays", [mesh], 0), Options(min_part=0.1))
-    assert len(report.dropped) == 1
+    (light,), report = simplify_scene(Scene(None, "arrays", [mesh], 0), Options(min_component=0.1))
+    assert len(report.removed_components) == 1
     middle = light.points[light.faces].mean(axis=1)[:, 0]
     assert np.array_equal(light.values(carried)[:, 0], np.where(middle < 1, 1.0, 0.5))
 

@@ -14,9 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from command_line import COMMAND
 from shapes import fine_box, obj_text, ply_bytes, write
-
-COMMAND = [sys.executable, "-c", "import sys; from bldsimp.cli import main; sys.exit(main())"]
 
 PATIENCE = 120.0
 """Seconds after which what is waited for does not come any more, on however busy a machine."""
@@ -169,3 +168,7 @@ def make_terrain(side: int) -> bytes:
     faces["corners"] = np.vstack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     head = ply_bytes(points[:0], []).decode().replace("vertex 0", f"vertex {len(points)}")
     return head.replace("face 0", f"face {len(faces)}").encode() + points.tobytes() + faces.tobytes()
+
+
+def last_error(result: subprocess.CompletedProcess[bytes]) -> str:
+    return result.stderr.decode(errors="surrogateescape").splitlines()[-1]

@@ -36,13 +36,13 @@ def broken(case: Judged, count: int = 200) -> list[str]:
     report = case.report
     found = judge.broken(
         case.before, case.after, report.tolerance, report.deviation,
-        healed=report.healed, dropped=bool(report.dropped), count=count,
+        healed=report.healed_t_junctions, dropped=bool(report.removed_components), count=count,
     )  # fmt: skip
     told = (report.after.points, report.after.triangles)
     seen = (len(np.unique(case.result[1])), len(case.result[1]))
     if told != seen:
         found.append(f"the report tells {told}, the result has {seen}")
     # A face that lies back to back with another may be turned into its copy.
-    if len(case.after.faces) != len(case.result[1]) and not report.turned:
+    if len(case.after.faces) != len(case.result[1]) and not report.reversed_faces:
         found.append(f"{len(case.result[1]) - len(case.after.faces)} copies of faces")
     return found
