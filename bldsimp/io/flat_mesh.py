@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..material import UvMap
-from ..model import FACE, Attribute, Faces, Indices, Mesh, Part, Points, SimplifiedMesh, cast_indices
+from ..model import FACE, Attribute, Faces, Indices, Mesh, Part, Points, SimplifiedMesh, Values, cast_indices
 from ..options import Options
 from ..stages.normals import compute_face_normals, resolve_normals
 from ..tolerance import transform_points
@@ -35,13 +35,13 @@ class FlatMesh:
 
     name: str
     points: Points
-    normals: NDArray[np.float64] | None
+    normals: Values | None
     attributes: list[Attribute]
     faces: Faces
     part: Indices
     parts: list[Part]
 
-    def values(self, name: str) -> NDArray[np.float64] | None:
+    def values(self, name: str) -> Values | None:
         """Return the values of an attribute, or None if there is none of that name."""
         return next((one.values for one in self.attributes if one.name == name), None)
 
@@ -90,7 +90,7 @@ def drop_unused_rows(faces: Faces, count: int) -> tuple[NDArray[np.int64], Faces
     return np.flatnonzero(used), (np.cumsum(used, dtype=np.int32) - 1)[faces]
 
 
-def place_instance(flat: FlatMesh, transform: NDArray[np.float64]) -> FlatMesh:
+def place_instance(flat: FlatMesh, transform: Values) -> FlatMesh:
     """Move a mesh into world space by a 4 x 4 transform; turn its faces if that mirrors it."""
     if np.array_equal(transform, np.eye(4)):
         return flat
@@ -106,7 +106,7 @@ def place_instance(flat: FlatMesh, transform: NDArray[np.float64]) -> FlatMesh:
     return replace(flat, points=transform_points(flat.points, transform), normals=normals, faces=faces)
 
 
-def scale_to_unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def scale_to_unit(vectors: Values) -> Values:
     """Scale vectors, (n, 3), to length 1; leave those of length 0."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0))
@@ -129,7 +129,7 @@ def apply_uv_maps(flat: FlatMesh) -> FlatMesh:
     return replace(flat, attributes=[first, *(a for a in flat.attributes if a.name != "TEXCOORD_0")])
 
 
-def _map_uv(uv: NDArray[np.float64], matrix: tuple[float, ...]) -> NDArray[np.float64]:
+def _map_uv(uv: Values, matrix: tuple[float, ...]) -> Values:
     """Map UV by a 2 x 3 matrix, summed in a fixed order so that no library's blocking shows."""
     u, v = uv.T
     a, b, c, d, e, f = matrix
@@ -190,7 +190,7 @@ def join_flat_meshes(meshes: list[FlatMesh]) -> FlatMesh:
     )
 
 
-def _join_values(given: list[NDArray[np.float64] | None], counts: list[int]) -> NDArray[np.float64]:
+def _join_values(given: list[Values | None], counts: list[int]) -> Values:
     """Join values of so many rows each, in the width of the widest; NaN where there are none."""
     joined = np.full((sum(counts), max(values.shape[1] for values in given if values is not None)), np.nan)
     start = 0

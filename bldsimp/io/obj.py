@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..material import Material
-from ..model import Indices, Mesh, Part, attach_attributes, cast_indices, color_attribute
+from ..model import Indices, Mesh, Part, Values, attach_attributes, cast_indices, color_attribute
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh
 from .input_folder import InputFolder
 from .mtl import read_materials, replace_bad_bytes, split_library_names
 from .polygons import Polygons, build_mesh
-from .text_numbers import parse_numbers, parse_ragged_rows, parse_rows
+from .text_numbers import parse_numbers, parse_rows
 from .textures import make_uv_attribute
 
 Numbers = NDArray[np.int64]
@@ -95,10 +95,10 @@ def read_obj(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
         return [lines[i][len(key) + 1 :] for i in np.flatnonzero(keys == key)]
 
     positions, colors = _read_positions(values_of(b"v"), warnings)
-    textures = parse_rows(values_of(b"vt"))
+    textures, _ = parse_rows(values_of(b"vt"))
     if np.any(np.nan_to_num(textures[:, 2:])):
         warnings.append("ignored the third of three OBJ texture coordinates")
-    normals = parse_rows(values_of(b"vn"))
+    normals, _ = parse_rows(values_of(b"vn"))
     face_lines = np.flatnonzero(keys == b"f")
     sizes, triples = _read_corners(values_of(b"f"))
     _resolve_numbers(triples, sizes, face_lines, keys, (len(positions), len(textures), len(normals)))
@@ -134,26 +134,23 @@ def _warn_of_ignored_lines(keys: NDArray[np.bytes_], warnings: list[str]) -> Non
             warnings.append(f"ignored {count:,} OBJ lines that start with '{key[:20].decode(errors='replace')}'")
 
 
-def _read_positions(lines: list[bytes], warnings: list[str]) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def _read_positions(lines: list[bytes], warnings: list[str]) -> tuple[Values, Values | None]:
     """Read positions, and colors where six or seven numbers follow a `v`."""
     if not lines:
         return np.empty((0, 3)), None
-    values, sizes = parse_rows(lines), None
-    if np.isnan(values).any() or values.shape[1] not in (3, 4, 6, 7):
-        values, sizes = parse_ragged_rows(lines)
-        if sizes.min() < 3:
-            raise InputError(f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates")
+    values, sizes = parse_rows(lines)
+    if sizes.min() < 3:
+        raise InputError(f"vertex {int(np.argmin(sizes)) + 1} of the OBJ has fewer than three coordinates")
     width = values.shape[1]
     if width == 4 and np.any(np.isfinite(values[:, 3]) & (values[:, 3] != 1.0)):
         warnings.append("ignored the weights of rational OBJ points")
     if width < 6:
         return np.ascontiguousarray(values[:, :3]), None
     colors = values[:, width - 3 : width].copy()
-    colored = np.full(len(colors), True) if sizes is None else sizes >= 6
-    broken = colored & ~np.isfinite(colors).all(axis=1)
+    broken = (sizes >= 6) & ~np.isfinite(colors).all(axis=1)
     if broken.any():
         warnings.append(f"ignored the colors of {int(broken.sum()):,} OBJ points, which are no numbers")
-    colors[broken | ~colored] = np.nan
+    colors[broken | (sizes < 6)] = np.nan
     return np.ascontiguousarray(values[:, :3]), colors
 
 
@@ -239,7 +236,7 @@ def _read_states(lines: list[bytes], keys: NDArray[np.bytes_], face_lines: Numbe
     return list(states), state_of_run[run_of_face]
 
 
-def _take_rows(values: NDArray[np.float64], index: Numbers, width: int) -> NDArray[np.float64]:
+def _take_rows(values: Values, index: Numbers, width: int) -> Values:
     """Return rows of so many numbers: 0 for those that a line leaves out, NaN where the index is -1."""
     taken = np.zeros((len(index), width))
     shared = min(width, values.shape[1])
@@ -319,7 +316,7 @@ class _ObjWriter:
             self._enter(states[part])
             self.lines += [f"f {a} {b} {c}" for a, b, c in words[rows].tolist()]
 
-    def _add_rows(self, key: str, values: NDArray[np.float64] | None, count: int) -> Numbers:
+    def _add_rows(self, key: str, values: Values | None, count: int) -> Numbers:
         """Add the distinct rows of one kind; return the number of each, 0 for rows without."""
         numbers = np.zeros(count, np.int64)
         if values is None:
@@ -351,6 +348,4 @@ def _name_corners(columns: Numbers) -> list[str]:
     v, vt, vn = columns.T.tolist()
     if not columns[:, 1:].any():
         return list(map(str, v))
-    if not columns[:, 2].any():
-        return [f"{a}/{b}" if b else str(a) for a, b in zip(v, vt, strict=True)]
     return [(f"{a}/{b or ''}/{c}" if c else f"{a}/{b}" if b else str(a)) for a, b, c in zip(v, vt, vn, strict=True)]

@@ -15,6 +15,7 @@ from ..model import (
     Indices,
     Mesh,
     Part,
+    Values,
     attach_attributes,
     cast_indices,
     color_attribute,
@@ -23,7 +24,7 @@ from ..model import (
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh, join_flat_meshes
 from .polygons import Polygons, build_mesh
-from .text_numbers import parse_ragged_rows, parse_rows
+from .text_numbers import parse_rows
 from .textures import make_uv_attribute
 
 _HEADER = re.compile(rb"(ST)?(C)?(N)?OFF\b", re.IGNORECASE)
@@ -71,7 +72,7 @@ def read_off(data: bytes, warnings: list[str]) -> tuple[Mesh, OffStyle]:
             f"the OFF file ends early: {vertex_count:,} points and {face_count:,} faces are promised,"
             f" {len(lines) - 1:,} lines follow"
         )
-    values = parse_rows(lines[1 : 1 + vertex_count])
+    values, _ = parse_rows(lines[1 : 1 + vertex_count])
     if vertex_count and (values.shape[1] < 3 or (values.shape[1] == 3 and n)):
         raise InputError("an OFF point has too few numbers: the file is damaged")
     sizes, corners, extra = _read_off_faces(lines[1 + vertex_count : 1 + vertex_count + face_count])
@@ -98,16 +99,11 @@ def _split_lines(data: bytes) -> tuple[re.Match[bytes], list[bytes]]:
     return header, [rest, *lines[1:]] if rest else lines[1:]
 
 
-def _read_off_faces(lines: list[bytes]) -> tuple[NDArray[np.int64], Indices, NDArray[np.float64]]:
+def _read_off_faces(lines: list[bytes]) -> tuple[NDArray[np.int64], Indices, Values]:
     """Return sizes and corners of the faces, and the numbers after their corners, at most four, NaN for none."""
     if not lines:
         return np.zeros(0, np.int64), np.zeros(0, np.int32), np.empty((0, 0))
-    # Most files have equally long lines, which are faster to parse.
-    alike = len({line.count(b" ") for line in lines[:100]}) == 1
-    rows = parse_rows(lines) if alike else np.full((1, 1), np.nan)
-    widths = np.full(len(lines), rows.shape[1])
-    if np.isnan(rows).any():
-        rows, widths = parse_ragged_rows(lines)
+    rows, widths = parse_rows(lines)
     sizes = rows[:, 0].astype(np.int64)
     if np.any(sizes < 0) or np.any(widths < sizes + 1):
         raise InputError("an OFF face has fewer corners than it says: the file is damaged")
@@ -119,9 +115,7 @@ def _read_off_faces(lines: list[bytes]) -> tuple[NDArray[np.int64], Indices, NDA
     return sizes, cast_indices(corners), extra[:, : int(np.clip((widths - sizes - 1).max(), 0, 4))]
 
 
-def _read_extra_numbers(
-    mesh: Mesh, style: OffStyle, of_points: NDArray[np.float64], of_faces: NDArray[np.float64], st: bool
-) -> list[Attribute]:
+def _read_extra_numbers(mesh: Mesh, style: OffStyle, of_points: Values, of_faces: Values, st: bool) -> list[Attribute]:
     """Read the numbers after position and normal, and after the corners; a single one is a color of a list."""
     attributes = []
     if st and of_points.shape[1] >= 2:
@@ -138,7 +132,7 @@ def _read_extra_numbers(
     return attributes
 
 
-def _find_off_scale(colors: NDArray[np.float64]) -> float:
+def _find_off_scale(colors: Values) -> float:
     """Return the number that is stored for a color of 1."""
     return 255.0 if np.nanmax(colors, initial=0.0) > 1.0 else 1.0
 
@@ -180,13 +174,13 @@ def write_off(meshes: list[FlatMesh], style: OffStyle) -> tuple[bytes, int]:
     return ("\n".join(lines) + "\n").encode("ascii"), len(first)
 
 
-def _scale_colors(values: NDArray[np.float64], scale: float) -> NDArray[np.float64]:
+def _scale_colors(values: Values, scale: float) -> Values:
     """Return colors as OFF stores them, white where there is none."""
     stored = np.where(np.isnan(values), 1.0, values) * scale
     return np.rint(stored) if scale > 1.0 else stored
 
 
-def _write_number_lines(values: NDArray[np.float64]) -> list[str]:
+def _write_number_lines(values: Values) -> list[str]:
     """Write a line for each row, in the shortest digits that read back exactly; columns of whole numbers as such."""
     rounded = np.all(values == np.rint(values), axis=0)
     whole = rounded & np.all(np.abs(values) < 2**53, axis=0)

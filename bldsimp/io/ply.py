@@ -18,6 +18,7 @@ from ..model import (
     Indices,
     Mesh,
     Part,
+    Values,
     attach_attributes,
     cast_indices,
     color_attribute,
@@ -89,7 +90,7 @@ def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
     _warn_of_ignored_data(header.elements, warnings)
     if "vertex" not in columns or not set(_POSITION) <= columns["vertex"].scalars.keys():
         raise InputError("the PLY file has no points with x, y and z")
-    types = {element.name: {one.name: one.type for one in element.properties} for element in header.elements}
+    types = {element.name: element.types for element in header.elements}
     face = columns.get("face", Columns())
     sizes, corners = _read_polygons(face) if "face" in columns else (np.zeros(0, np.int64), np.zeros(0, np.int32))
     vertex, corners, wedges = _split_wedges(columns["vertex"].scalars, face, sizes, corners)
@@ -127,7 +128,7 @@ def _read_attributes(
     """Yield colors, texture coordinates (with `load`) and all other columns of points, or of each face's polygon."""
     on_faces = polygon is not None
 
-    def take(names: tuple[str, ...]) -> NDArray[np.float64]:
+    def take(names: tuple[str, ...]) -> Values:
         values = _stack_columns(columns, names)
         for name in names:
             del columns[name]
@@ -151,14 +152,14 @@ def _read_attributes(
         yield custom_attribute(f"_{name}", values, mesh, whole=whole, on_faces=on_faces), bundle((name,))
 
 
-def _find_color_scale(kind: np.dtype[Any], values: NDArray[np.float64]) -> float:
+def _find_color_scale(kind: np.dtype[Any], values: Values) -> float:
     """Return the number that is stored for a color of 1."""
     if kind.kind == "f" and np.nanmax(values, initial=0.0) <= 1.0:
         return 1.0
     return float(np.iinfo(kind).max if kind.kind == "u" and kind.itemsize < 4 else 255)
 
 
-def _stack_columns(columns: dict[str, NDArray[Any]], names: tuple[str, ...]) -> NDArray[np.float64]:
+def _stack_columns(columns: dict[str, NDArray[Any]], names: tuple[str, ...]) -> Values:
     return np.stack([columns[name].astype(np.float64) for name in names], axis=1)
 
 
@@ -176,7 +177,7 @@ def _read_polygons(face: Columns) -> tuple[NDArray[np.int64], Indices]:
 
 def _split_wedges(
     vertex: dict[str, NDArray[Any]], face: Columns, sizes: NDArray[np.int64], corners: Indices
-) -> tuple[dict[str, NDArray[Any]], Indices, NDArray[np.float64] | None]:
+) -> tuple[dict[str, NDArray[Any]], Indices, Values | None]:
     """Return points and corners such that each point has one texture coordinate, and those, if faces have them."""
     name = next((name for name in _WEDGES if name in face.lists), None)
     if name is None or not len(corners):
@@ -261,7 +262,7 @@ def write_ply(meshes: list[FlatMesh], style: PlyStyle, textures: dict[str, str])
     return write_elements(style.encoding, list(textures.values()), elements), len(first)
 
 
-def _number_textures(flat: FlatMesh, textures: list[str]) -> NDArray[np.float64]:
+def _number_textures(flat: FlatMesh, textures: list[str]) -> Values:
     """Return the number of each face's texture, -1 for none or where a face has no texture coordinates."""
     names = [part.material.texture if part.material else None for part in flat.parts]
     numbers = np.array([textures.index(name) if name in textures else -1 for name in names], np.float64)[flat.part]

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from numpy.typing import NDArray
 
 from ..inspection import count_defects
-from ..model import Faces, Points
+from ..model import Faces, Points, Values
 from ..report import Counts
 from ..unique_rows import find_unique_rows
 
@@ -37,17 +34,17 @@ def count_merged_points(points: Points, origin: Points | None = None) -> int:
     return len(find_unique_rows(points)[0]) - len(find_unique_rows(_round_points(points, origin))[0])
 
 
-def count_after_rounding(meshes: list[list[tuple[Points, Faces, Points | None]]]) -> Counts:
+def count_after_rounding(meshes: list[list[tuple[Points, Faces]]]) -> Counts:
     """Count points and edges of meshes in single precision.
 
     Parameters
     ----------
-    meshes : list of list of (points, faces, origin)
+    meshes : list of list of (points, faces)
         Instances of each mesh: it counts once, by the instance with the most defects.
     """
     after = Counts(watertight=True)
     for instances in meshes:
-        surfaces = [count_defects(_round_points(points, origin), faces) for points, faces, origin in instances]
+        surfaces = [count_defects(_round_points(points, None), faces) for points, faces in instances]
         worst = max(surfaces, key=lambda one: (one.open_edges + one.nonmanifold_edges, -one.points))
         for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
             setattr(after, name, getattr(after, name) + getattr(worst, name))
@@ -61,24 +58,17 @@ def _round_points(points: Points, origin: Points | None) -> Points:
         return (points if origin is None else points - origin).astype(np.float32).astype(np.float64)
 
 
-def choose_origin(points: Points) -> NDArray[np.float64]:
+def choose_origin(points: Points) -> Values:
     """Return the origin about which single precision rounds least, or zero if moving does not pay.
 
     Each coordinate is a multiple of a power of two near the box's size. So the origin itself is a single, and moving to
     it and back is exact.
     """
-    origin = np.zeros(3)
     at_zero = measure_rounding(points)
-    if at_zero == 0.0:
-        return origin
+    if at_zero == 0.0 or np.abs(points).max() > np.finfo(np.float32).max:
+        return np.zeros(3)
     low, high = points.min(axis=0), points.max(axis=0)
-    if max(abs(low).max(), abs(high).max()) > np.finfo(np.float32).max:
-        return origin
-    for axis in range(3):
-        size = high[axis] - low[axis]
-        if size == 0.0:
-            origin[axis] = float(np.float32(low[axis]))
-            continue
-        grid = 2.0 ** (math.frexp(size)[1] - 2)
-        origin[axis] = float(np.float32(round((low[axis] + high[axis]) / 2.0 / grid) * grid))
+    grid = np.ldexp(1.0, np.frexp(high - low)[1] - 2)
+    middle = np.where(high == low, low, np.rint((low + high) / 2.0 / grid) * grid)
+    origin = middle.astype(np.float32).astype(np.float64)
     return origin if WORTH_MOVING * measure_rounding(points, origin) <= at_zero else np.zeros(3)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..model import Values
 
 _NUMPY_WARNING = "string or file could not be read"
 
@@ -30,28 +31,28 @@ def parse_numbers(text: bytes, kind: Any = np.float64) -> NDArray[Any]:
             raise InputError(f"{_describe_bad_word(text, kind)}: the file is damaged") from None
 
 
-def parse_rows(lines: Sequence[bytes]) -> NDArray[np.float64]:
-    """Parse lines of numbers into a row each, with NaN where a line is shorter than others.
+def parse_rows(lines: Sequence[bytes]) -> tuple[Values, NDArray[np.int64]]:
+    """Parse lines of numbers.
+
+    Returns
+    -------
+    rows : (n, k) float64
+        NaN where a line is shorter than others.
+    sizes : (n,) int64
+        How many numbers each line has.
 
     Raises
     ------
     InputError
         If a word is no number.
     """
-    if not lines:
-        return np.empty((0, 0))
-    width = len(lines[0].split())
-    # A newline is white space to the parser; infinity after each line shows that all are equally long.
-    flat = parse_numbers(b" inf ".join(lines) + b" inf")
-    if len(flat) == (width + 1) * len(lines):
-        rows = flat.reshape(len(lines), width + 1)
-        if np.isposinf(rows[:, width]).all():
-            return rows[:, :width]
-    return parse_ragged_rows(lines)[0]
-
-
-def parse_ragged_rows(lines: Sequence[bytes]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Parse lines like `parse_rows`; also return how many numbers each line has."""
+    widths = {len(line.split()) for line in lines[:100]}
+    if len(widths) == 1:
+        (width,) = widths
+        # A newline is white space to the parser; infinity after each line shows that all are equally long.
+        flat = parse_numbers(b" inf ".join(lines) + b" inf")
+        if len(flat) == (width + 1) * len(lines) and np.isposinf(flat[width :: width + 1]).all():
+            return flat.reshape(len(lines), width + 1)[:, :width], np.full(len(lines), width)
     sizes = np.array([len(line.split()) for line in lines], np.int64)
     rows = np.full((len(lines), int(sizes.max(initial=0))), np.nan)
     rows[np.arange(rows.shape[1]) < sizes[:, None]] = parse_numbers(b" ".join(lines))

@@ -6,9 +6,8 @@ import struct
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..model import Attribute, Part
+from ..model import Attribute, Part, Values
 from ..options import UNKNOWN_TEXELS
 from .input_folder import LoadFile
 
@@ -20,12 +19,12 @@ _NO_FRAME = {0xC4, 0xC8, 0xCC}
 _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp", b"\xabKTX 20": "image/ktx2"}
 
 
-def make_uv_attribute(values: NDArray[np.float64], parts: list[Part], load: LoadFile) -> Attribute:
+def make_uv_attribute(values: Values, parts: list[Part], load: LoadFile) -> Attribute:
     """Make an attribute of texture coordinates, (n, 2), NaN where a row has none."""
     return Attribute("TEXCOORD_0", "uv", values, measure_textures(parts, load))
 
 
-def measure_textures(parts: list[Part], load: LoadFile) -> NDArray[np.float64]:
+def measure_textures(parts: list[Part], load: LoadFile) -> Values:
     """Return for each part width and height of the largest image that its material reads, (p, 2); texels.
 
     Parameters

@@ -80,31 +80,14 @@ def _build_mesh(name: str, geometries: dict[str, Any], warnings: list[str]) -> M
     parts = [Part(key, material=_read_material(one)) for key, one in geometries.items()]
     polygons = Polygons(np.full(len(faces), 3), cast_indices(faces.reshape(-1)), cast_indices(part))
     mesh, polygon = build_mesh(name, points, polygons, parts, warnings)
-    columns = _join_columns(every)
-    for key in columns:
-        if key.startswith(FACE):
-            columns[key] = columns[key][polygon]
+    # Several solids are those of an STL text, which has nothing but corners.
+    given = collect_columns(every[0]) if len(every) == 1 else {}
+    columns = {key: values[polygon] if key.startswith(FACE) else values for key, values in given.items()}
     # Bytes that no program has set are no attribute.
     if not columns.get(STL_BYTES, np.ones(1)).any():
         del columns[STL_BYTES]
     attach_attributes(mesh, build_attributes(mesh, columns, [find_image(one) for one in every]))
     return mesh
-
-
-def _join_columns(geometries: list[Any]) -> dict[str, Any]:
-    """Join the arrays of geometries end to end: NaN, or 0 for whole numbers, where one has none."""
-    each = [collect_columns(one) for one in geometries]
-    joined = {}
-    for key, first in {key: values for own in each for key, values in own.items()}.items():
-        blank = np.nan if first.dtype.kind == "f" else 0
-        counts = [len(one.faces if key.startswith(FACE) else one.vertices) for one in geometries]
-        joined[key] = np.concatenate(
-            [
-                own.get(key, np.full((count, first.shape[1]), blank, first.dtype))
-                for own, count in zip(each, counts, strict=True)
-            ]
-        )
-    return joined
 
 
 def _read_material(geometry: Any) -> Material | None:

@@ -159,9 +159,8 @@ class _Output:
             written.rounding = max(measure_rounding(one.points) for one in meshes)
             merged = sum(count_merged_points(one.points) for one in meshes)
             if merged:
-                written.after = count_after_rounding(
-                    [[(one.points, one.faces, None) for one in placed] for placed in instances]
-                )
+                stored = [[(one.points, one.faces) for one in placed] for placed in instances]
+                written.after = count_after_rounding(stored)
             self._warn_of_rounding("STL", merged)
             data, written.vertices = write_stl(meshes)
         written.bytes = len(data)

@@ -222,7 +222,8 @@ class TestOrigin:
         origin = choose_origin(points)
         assert np.array_equal(origin.astype(np.float32).astype(float), origin)
         assert np.array_equal((points - origin) + origin, points)
-        assert measure_rounding(points, origin) < 2e-7 < 0.1 < measure_rounding(points)
+        assert measure_rounding(points, origin) < 2e-7
+        assert measure_rounding(points) > 0.1
 
     def test_rounding_is_never_below_the_truth(self) -> None:
         from fractions import Fraction

@@ -9,6 +9,7 @@ import base64
 import copy
 import hashlib
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -60,7 +61,7 @@ class Contents:
 
 
 def scene_of(path: Path) -> dict[str, Any]:
-    """All of a document; vertices and indices of primitives as `primitive` tells."""
+    """All of a document; vertices and indices of primitives as `read_primitive` returns them."""
     found = Contents(path)
     scene = copy.deepcopy(found.json)
     for key in ("accessors", "bufferViews", "buffers"):
@@ -70,15 +71,9 @@ def scene_of(path: Path) -> dict[str, Any]:
         image.pop("mimeType", None)
         image["data"] = hashlib.sha256(data).hexdigest()
     for mesh in scene.get("meshes", []):
-        mesh["primitives"] = [primitive(found, one) for one in mesh["primitives"]]
-    for skin in scene.get("skins", []):
-        _stand_in(found, skin, "inverseBindMatrices")
-    for animation in scene.get("animations", []):
-        for sampler in animation["samplers"]:
-            _stand_in(found, sampler, "input", "output")
-    for node in scene.get("nodes", []):
-        instances = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
-        _stand_in(found, instances, *instances)
+        mesh["primitives"] = [read_primitive(found, one) for one in mesh["primitives"]]
+    for holder, keys in list_holders(scene):
+        replace_numbers(found, holder, keys)
     for table in scene.get("extensions", {}).get("EXT_structural_metadata", {}).get("propertyTables", []):
         for column in table["properties"].values():
             for key in {"values", "arrayOffsets", "stringOffsets"} & set(column):
@@ -86,7 +81,19 @@ def scene_of(path: Path) -> dict[str, Any]:
     return scene
 
 
-def primitive(found: Contents, one: dict[str, Any]) -> dict[str, Any]:
+def list_holders(scene: dict[str, Any]) -> Iterator[tuple[dict[str, Any], list[str]]]:
+    """Yield the objects outside meshes that name accessors, and the keys that do."""
+    for skin in scene.get("skins", []):
+        yield skin, ["inverseBindMatrices"]
+    for animation in scene.get("animations", []):
+        for sampler in animation["samplers"]:
+            yield sampler, ["input", "output"]
+    for node in scene.get("nodes", []):
+        instances = node.get("extensions", {}).get("EXT_mesh_gpu_instancing", {}).get("attributes", {})
+        yield instances, list(instances)
+
+
+def read_primitive(found: Contents, one: dict[str, Any]) -> dict[str, Any]:
     """A primitive with the values that its corners read instead of accessors."""
     one = copy.deepcopy(one)
     entries = found.json["accessors"]
@@ -97,10 +104,11 @@ def primitive(found: Contents, one: dict[str, Any]) -> dict[str, Any]:
     keys = ("componentType", "normalized", "type")
     one["types"] = {name: [entries[number].get(key) for key in keys] for name, number in numbers.items()}
     for target in one.get("targets", []):
-        _stand_in(found, target, *target)
+        replace_numbers(found, target, list(target))
     return one
 
 
-def _stand_in(found: Contents, holder: dict[str, Any], *keys: str) -> None:
+def replace_numbers(found: Contents, holder: dict[str, Any], keys: list[str]) -> None:
+    """Replace the numbers of accessors by their values."""
     for key in keys:
         holder[key] = found.values(holder[key]).tolist()

@@ -8,9 +8,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Attribute, Mesh, Points, SimplifiedMesh, color_attribute, custom_attribute, label_attribute
+from ...model import (
+    Attribute,
+    Indices,
+    Mesh,
+    Points,
+    SimplifiedMesh,
+    Values,
+    color_attribute,
+    custom_attribute,
+    label_attribute,
+)
 from ...options import UNKNOWN_TEXELS, Options
-from .document import Document
+from .document import Document, Json
 from .materials import Texels
 from .references import FEATURES, METADATA, VARIANTS
 
@@ -45,7 +55,7 @@ class SharedVertices:
         return dict(self.accessors).get(name)
 
 
-def list_primitives(document: Document, number: int) -> list[tuple[int, dict[str, Any], SharedVertices]]:
+def list_primitives(document: Document, number: int) -> list[tuple[int, Json, SharedVertices]]:
     """List the triangle primitives of a mesh by number, each with its vertices."""
     shared: dict[tuple[tuple[str, int], ...], SharedVertices] = {}
     found, start = [], 0
@@ -62,13 +72,13 @@ def list_primitives(document: Document, number: int) -> list[tuple[int, dict[str
     return found
 
 
-def list_attribute_names(primitive: dict[str, Any]) -> tuple[str, ...]:
+def list_attribute_names(primitive: Json) -> tuple[str, ...]:
     """List the attributes of a primitive other than position and normal."""
     names = [name for name in primitive["attributes"] if name not in _OWN_FIELDS]
     return *names, *(name for name in primitive.get("extensions", {}) if name in (FEATURES, METADATA))
 
 
-def list_fixed_names(document: Document, primitive: dict[str, Any], count: int) -> tuple[str, ...]:
+def list_fixed_names(document: Document, primitive: Json, count: int) -> tuple[str, ...]:
     """List what of a primitive with `count` vertices cannot follow a change of its faces."""
     found = []
     for name, number in primitive["attributes"].items():
@@ -123,9 +133,7 @@ def _is_read(document: Document, name: str, number: int) -> bool:
     )
 
 
-def _read_values(
-    document: Document, name: str, own: list[tuple[SharedVertices, int]], count: int
-) -> NDArray[np.float64]:
+def _read_values(document: Document, name: str, own: list[tuple[SharedVertices, int]], count: int) -> Values:
     """Read the values of all rows: UV with v upwards, and colors with alpha if some have it."""
     most = 2 if name.startswith(_UV) else None
     blocks = [(group, document.read_numbers(number)[:, :most]) for group, number in own]
@@ -141,9 +149,7 @@ def _read_values(
     return values
 
 
-def _make_attribute(
-    name: str, values: NDArray[np.float64], mesh: Mesh, texels: list[dict[int, Texels]], whole: bool
-) -> Attribute:
+def _make_attribute(name: str, values: Values, mesh: Mesh, texels: list[dict[int, Texels]], whole: bool) -> Attribute:
     """Make an attribute of the kind that its name tells; one of a user's own may be a label, as feature ids are."""
     if name.startswith(_UV):
         unknown = float(UNKNOWN_TEXELS), float(UNKNOWN_TEXELS)
@@ -158,23 +164,6 @@ def _make_attribute(
     return custom_attribute(name, values, mesh, whole=whole and name.startswith("_"), on_faces=False)
 
 
-@dataclass
-class StoredColumn:
-    """Values of one attribute as a file stores them.
-
-    Attributes
-    ----------
-    name : str
-    values : (n, k) array
-        Of the component type of the file.
-    normalized : bool
-    """
-
-    name: str
-    values: NDArray[Any]
-    normalized: bool
-
-
 def store_attributes(
     document: Document,
     mesh: Mesh,
@@ -184,8 +173,8 @@ def store_attributes(
     *,
     normals: Points | None,
     options: Options,
-) -> list[StoredColumn]:
-    """Return all attributes of primitives that share vertices.
+) -> dict[str, NDArray[Any]]:
+    """Return all attributes of primitives that share vertices, in the component types of the file.
 
     Parameters
     ----------
@@ -217,22 +206,17 @@ def store_attributes(
         names = [name for name in names if name not in ("NORMAL", "TANGENT")]
     elif "NORMAL" not in names:
         names.append("NORMAL")
-    return [_store_column(document, name, group, row, *wanted[name]) for name in names]
+    return {name: _store_column(document, name, group, row, *wanted[name]) for name in names}
 
 
 def _store_column(
-    document: Document,
-    name: str,
-    group: SharedVertices,
-    row: NDArray[np.int32],
-    wanted: NDArray[np.float64],
-    read: NDArray[np.float64],
-) -> StoredColumn:
+    document: Document, name: str, group: SharedVertices, row: Indices, wanted: Values, read: Values
+) -> NDArray[Any]:
     """Take the stored values of one attribute, except in rows of other primitives and where they changed."""
     number = group.accessor(name)
     if number is None:
-        return StoredColumn(name, _to_gltf(name, wanted).astype(np.float32), False)
-    stored, normalized = document.read_accessor(number), bool(document.items("accessors")[number].get("normalized"))
+        return _to_gltf(name, wanted).astype(np.float32)
+    stored, normalized = document.read_accessor(number), document.items("accessors")[number].get("normalized")
     place = row - group.start
     inside = (place >= 0) & (place < group.count)
     values = stored[np.where(inside, place, 0)]
@@ -242,10 +226,10 @@ def _store_column(
         # Points that are welded or moved may take rows of another primitive.
         taken = _to_gltf(name, wanted[fresh])[:, : values.shape[1]]
         values[fresh, : taken.shape[1]] = _to_component(taken, values.dtype, normalized)
-    return StoredColumn(name, values, normalized)
+    return values
 
 
-def _to_gltf(name: str, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+def _to_gltf(name: str, numbers: Values) -> Values:
     """Return numbers as glTF has them: v downwards, nothing missing."""
     if name.startswith(_UV):
         numbers = np.stack([numbers[:, 0], 1.0 - numbers[:, 1]], axis=1)
@@ -254,7 +238,7 @@ def _to_gltf(name: str, numbers: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(np.isnan(numbers), 1.0 if name.startswith("COLOR_") else 0.0, numbers)
 
 
-def _to_component(numbers: NDArray[np.float64], kind: np.dtype[Any], normalized: bool) -> NDArray[Any]:
+def _to_component(numbers: Values, kind: np.dtype[Any], normalized: Any) -> NDArray[Any]:
     """Round numbers to a component type."""
     if kind.kind == "f":
         return numbers.astype(kind)

@@ -5,42 +5,24 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .document import COMPONENTS, WIDTHS, Document
-from .references import (
-    iterate_accessor_slots,
-    iterate_accessor_view_slots,
-    iterate_view_slots,
-    list_unknown_extensions,
-)
+from . import references
+from .document import COMPONENTS, WIDTHS, Document, Json
 
 _VERTICES, _INDICES = 34962, 34963
 _CODES = {np.dtype("<" + name): code for code, name in COMPONENTS.items()}
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
-_BLANK = {"componentType": 5126, "count": 1, "type": "VEC3"}
-"""An accessor at a number that nothing names."""
+_BLANKS: dict[str, Json] = {"accessors": {"componentType": 5126, "count": 1, "type": "VEC3"}, "bufferViews": {}}
+"""Entries at numbers that nothing names."""
 
-ByteRange = tuple[dict[str, Any], int, int]
+ByteRange = tuple[Json, int, int]
 """A JSON object with a ``byteOffset`` into a view, and where its bytes start and end there."""
-
-
-@dataclass
-class NewView:
-    """Data of accessors that share a stride."""
-
-    target: int
-    stride: int
-    data: bytearray = field(default_factory=bytearray)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the view's JSON, without its place."""
-        return {"target": self.target, **({"byteStride": self.stride} if self.stride else {})}
 
 
 @dataclass
@@ -51,11 +33,12 @@ class NewAccessors:
     ----------
     accessors : list of dict
         ``bufferView`` counts into `views`.
-    views : list of NewView
+    views : dict of (int, int) to bytearray
+        Data of accessors that share a target and a stride.
     """
 
-    accessors: list[dict[str, Any]] = field(default_factory=list)
-    views: list[NewView] = field(default_factory=list)
+    accessors: list[Json] = field(default_factory=list)
+    views: dict[tuple[int, int], bytearray] = field(default_factory=dict)
     _numbers: dict[tuple[str, bytes], int] = field(default_factory=dict)
 
     def add_vertices(self, values: NDArray[Any], *, normalized: bool = False, bounds: bool = False, **more: Any) -> int:
@@ -78,24 +61,27 @@ class NewAccessors:
         values = np.ascontiguousarray(corners.reshape(-1, 1), kind)
         return self._add(_INDICES, 0, values.tobytes(), _describe_values(kind, values.shape))
 
-    def _add(self, target: int, stride: int, data: bytes, entry: dict[str, Any]) -> int:
+    def _add(self, target: int, stride: int, data: bytes, entry: Json) -> int:
         """Add data to the view for its kind, unless it is there; return its number."""
         key = json.dumps([target, entry], sort_keys=True), hashlib.sha256(data).digest()
         if key not in self._numbers:
             self._numbers[key] = len(self.accessors)
-            kinds = [(view.target, view.stride) for view in self.views]
-            if (target, stride) not in kinds:
-                kinds.append((target, stride))
-                self.views.append(NewView(target, stride))
-            number = kinds.index((target, stride))
-            view = self.views[number].data
+            view = self.views.setdefault((target, stride), bytearray())
             view += b"\0" * (-len(view) % 4)
+            number = list(self.views).index((target, stride))
             self.accessors.append({"bufferView": number, "byteOffset": len(view), **entry})
             view += data
         return self._numbers[key]
 
+    def list_views(self) -> list[tuple[Json, bytes]]:
+        """List the views: their JSON, without a place, and their data."""
+        return [
+            ({"target": target, **({"byteStride": stride} if stride else {})}, bytes(data))
+            for (target, stride), data in self.views.items()
+        ]
 
-def _describe_values(kind: np.dtype[Any], shape: tuple[int, ...]) -> dict[str, Any]:
+
+def _describe_values(kind: np.dtype[Any], shape: tuple[int, ...]) -> Json:
     """Return the members of an accessor that follow from its values."""
     return {"componentType": _CODES[kind], "count": shape[0], "type": _TYPES[shape[1]]}
 
@@ -108,7 +94,7 @@ def pack_rows(values: NDArray[Any], kind: np.dtype[Any], *, aligned: bool) -> ND
     return rows
 
 
-def pack_views(pieces: list[tuple[dict[str, Any], bytes]]) -> bytes:
+def pack_views(pieces: list[tuple[Json, bytes]]) -> bytes:
     """Lay buffer views out in one buffer, in order, and set the place of each.
 
     Parameters
@@ -126,7 +112,7 @@ def pack_views(pieces: list[tuple[dict[str, Any], bytes]]) -> bytes:
 
 
 def replace_accessors(
-    document: Document, json_: dict[str, Any], new: NewAccessors, replaced: set[int], *, whole: bool, first: bool
+    document: Document, json_: Json, new: NewAccessors, replaced: set[int], *, whole: bool, first: bool
 ) -> bytes:
     """Drop data that nothing names any more, number the rest, and lay out the buffer that changes.
 
@@ -150,49 +136,44 @@ def replace_accessors(
     """
     if not (replaced or whole) and len(document.buffers) < 2:
         return document.join_own_buffers()
-    dropped = replaced - {container[key] for container, key in iterate_accessor_slots(json_)}
+    dropped = replaced - {container[key] for container, key in references.iterate_accessor_slots(json_)}
     old = json_.get("accessors", [])
-    freed = {container[key] for number in dropped for container, key in iterate_accessor_view_slots(old[number])}
-    numbers = _assign_numbers(json_, "accessors", dropped, len(new.accessors))
-    for container, key in list(iterate_accessor_slots(json_)):
-        container[key] = numbers[container[key]]
+    freed = {
+        container[key] for number in dropped for container, key in references.iterate_accessor_view_slots(old[number])
+    }
     for accessor in new.accessors:
         accessor["bufferView"] = -1 - accessor["bufferView"]
-    _place_entries(json_, "accessors", numbers, new.accessors, _BLANK)
-    return _replace_views(document, json_, new.views, freed, whole=whole, first=first)
+    _replace_entries(json_, "accessors", references.iterate_accessor_slots, dropped, new.accessors)
+    return _replace_views(document, json_, new.list_views(), freed, whole=whole, first=first)
 
 
 def _replace_views(
-    document: Document, json_: dict[str, Any], new: list[NewView], freed: set[int], *, whole: bool, first: bool
+    document: Document, json_: Json, new: list[tuple[Json, bytes]], freed: set[int], *, whole: bool, first: bool
 ) -> bytes:
     """Drop, number and lay out buffer views; those of new accessors are named by negative numbers."""
-    old, fixed = json_.get("bufferViews", []), bool(list_unknown_extensions(json_))
+    old = json_.get("bufferViews", [])
     # Nothing names the views that compressed data was decoded from.
     freed |= set(range(len(old))) if document.decoded else set()
-    kept = {container[key] for container, key in iterate_view_slots(json_)}
-    numbers = _assign_numbers(json_, "bufferViews", freed - kept, len(new))
+    kept = {container[key] for container, key in references.iterate_view_slots(json_)}
     # Buffers next to the document that lose nothing stay; the others become one.
     touched = {old[number]["buffer"] for number in freed}
-    entries = enumerate(document.items("buffers"))
-    merged = [i for i, entry in entries if whole or i in touched or "uri" not in entry]
-    data = {
-        numbers[i]: document.read_view(i) for i, view in enumerate(old) if i in numbers and view["buffer"] in merged
-    }
-    if not fixed:
-        trimmed = _trim_views(json_, {i: document.read_view(i) for i in sorted(freed & kept)})
-        data |= {numbers[i]: view for i, view in trimmed.items()}
-    data |= {numbers[-1 - i]: bytes(view.data) for i, view in enumerate(new)}
-    for container, key in list(iterate_view_slots(json_)):
-        container[key] = numbers[container[key]]
-    _place_entries(json_, "bufferViews", numbers, [view.to_json() for view in new], {})
-    binary = _merge_buffers(json_, merged, data, first)
+    buffers = enumerate(document.items("buffers"))
+    merged = [i for i, entry in buffers if whole or i in touched or "uri" not in entry]
+    dropped = freed - kept
+    data = {i: document.read_view(i) for i, one in enumerate(old) if i not in dropped and one["buffer"] in merged}
+    data |= {-1 - i: view for i, (_, view) in enumerate(new)}
+    if not references.list_unknown_extensions(json_):
+        data |= _trim_views(json_, {i: document.read_view(i) for i in sorted(freed & kept)})
+    entries = [entry for entry, _ in new]
+    numbers = _replace_entries(json_, "bufferViews", references.iterate_view_slots, dropped, entries)
+    binary = _merge_buffers(json_, merged, {numbers[i]: view for i, view in data.items()}, first)
     for key in ("accessors", "bufferViews", "buffers"):
         if not json_[key]:
             del json_[key]
     return binary
 
 
-def _merge_buffers(json_: dict[str, Any], merged: list[int], data: dict[int, bytes], first: bool) -> bytes:
+def _merge_buffers(json_: Json, merged: list[int], data: dict[int, bytes], first: bool) -> bytes:
     """Lay out the data of views in one buffer, in the place of those that it is merged from."""
     views, old = json_.get("bufferViews", []), json_.get("buffers", [])
     # A view without a buffer is an empty place.
@@ -213,39 +194,40 @@ def _merge_buffers(json_: dict[str, Any], merged: list[int], data: dict[int, byt
     return binary
 
 
-def _assign_numbers(json_: dict[str, Any], key: str, dropped: set[int], new: int) -> dict[int, int]:
-    """Return final numbers of old entries (keys 0, 1, ...) and so many new ones (keys -1, -2, ...).
+def _replace_entries(
+    json_: Json,
+    key: str,
+    iterate_slots: Callable[[Json], Iterator[references.Slot]],
+    dropped: set[int],
+    new: list[Json],
+) -> dict[int, int]:
+    """Drop entries of a top-level array, add new ones, and renumber the slots that name them.
 
-    New entries take the places of dropped ones, and later entries move up. With an unknown extension, which may count
-    on the numbers, places that are left over stay empty instead.
+    Returns the final numbers of old entries (keys 0, 1, ...) and new ones (keys -1, -2, ...). New entries take the
+    places of dropped ones, and later entries move up. With an unknown extension, which may count on the numbers, places
+    that are left over stay empty instead.
     """
-    old, free = len(json_.get(key, [])), sorted(dropped)
-    numbers = {i: i for i in range(old) if i not in dropped}
-    numbers |= {-1 - i: free[i] if i < len(free) else old + i - len(free) for i in range(new)}
-    empty = set(free[new:])
-    if not empty or list_unknown_extensions(json_):
-        return numbers
-    shift = np.cumsum([i in empty for i in range(old + new)])
-    return {key: int(number - shift[number]) for key, number in numbers.items()}
+    old, free, count = json_.get(key, []), sorted(dropped), len(new)
+    numbers = {i: i for i in range(len(old)) if i not in dropped}
+    numbers |= {-1 - i: free[i] if i < len(free) else len(old) + i - len(free) for i in range(count)}
+    if not references.list_unknown_extensions(json_):
+        empty = set(free[count:])
+        shift = np.cumsum([i in empty for i in range(len(old) + count)])
+        numbers = {source: int(number - shift[number]) for source, number in numbers.items()}
+    for container, name in list(iterate_slots(json_)):
+        container[name] = numbers[container[name]]
+    json_[key] = [dict(_BLANKS[key]) for _ in range(max(numbers.values(), default=-1) + 1)]
+    for source, number in numbers.items():
+        json_[key][number] = old[source] if source >= 0 else new[-1 - source]
+    return numbers
 
 
-def _place_entries(
-    json_: dict[str, Any], key: str, numbers: dict[int, int], new: list[dict[str, Any]], blank: dict[str, Any]
-) -> None:
-    """Put old and new entries of a top-level array at their final numbers."""
-    old = json_.get(key, [])
-    placed = [dict(blank) for _ in range(max(numbers.values(), default=-1) + 1)]
-    for source, target in numbers.items():
-        placed[target] = old[source] if source >= 0 else new[-1 - source]
-    json_[key] = placed
-
-
-def _trim_views(json_: dict[str, Any], views: dict[int, bytes]) -> dict[int, bytes]:
+def _trim_views(json_: Json, views: dict[int, bytes]) -> dict[int, bytes]:
     """Return the bytes of views that accessors still use, and change their offsets to match.
 
     A view that something other than an accessor uses stays whole.
     """
-    uses = Counter(container[key] for container, key in iterate_view_slots(json_))
+    uses = Counter(container[key] for container, key in references.iterate_view_slots(json_))
     ranges: dict[int, list[ByteRange]] = {number: [] for number in views}
     for accessor in json_["accessors"]:
         for number, found in _list_ranges(json_, accessor, views):
@@ -272,12 +254,10 @@ def _close_gaps(ranges: list[ByteRange], data: bytes) -> bytes:
     return bytes(kept)
 
 
-def _list_ranges(
-    json_: dict[str, Any], accessor: dict[str, Any], views: dict[int, bytes]
-) -> Iterator[tuple[int, ByteRange]]:
+def _list_ranges(json_: Json, accessor: Json, views: dict[int, bytes]) -> Iterator[tuple[int, ByteRange]]:
     """Yield the views that an accessor reads, and where; nothing for what is not understood, so that it stays whole."""
 
-    def byte_range(user: dict[str, Any], length: int) -> ByteRange:
+    def byte_range(user: Json, length: int) -> ByteRange:
         start = user.get("byteOffset", 0)
         return user, start, start + length
 

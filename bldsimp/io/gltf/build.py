@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...material import Material, UvMap
-from ...model import Faces, Mesh, Points, Scene, SimplifiedMesh
+from ...model import Faces, Mesh, Points, Scene, SimplifiedMesh, Values
 from ...options import Options
 from ...report import Counts
 from ...tolerance import scale, transform_points
@@ -20,6 +20,7 @@ from ..mtl import replace_bad_bytes
 from ..single_precision import choose_origin, count_after_rounding, count_merged_points, measure_rounding
 from ..textures import find_media_type
 from .buffers import NewAccessors, pack_views
+from .document import Json
 from .references import TRANSFORM
 
 _CLAMP_TO_EDGE = 33071
@@ -44,7 +45,7 @@ class BuiltDocument:
         Counts of the stored meshes, if there are merged points.
     """
 
-    json: dict[str, Any]
+    json: Json
     binary: bytes = b""
     vertices: int = 0
     rounding: float = 0.0
@@ -65,7 +66,7 @@ def build_document(
     images : dict
         Bytes of each texture that a material names.
     """
-    json_: dict[str, Any] = {
+    json_: Json = {
         "asset": {"version": "2.0", "generator": "bldsimp"},
         "scene": 0,
         "scenes": [{"nodes": []}],
@@ -73,7 +74,7 @@ def build_document(
         "meshes": [],
     }
     builder, built = _Builder(json_, images), BuiltDocument(json_)
-    stored: list[list[tuple[Points, Faces, Points | None]]] = []
+    stored: list[list[tuple[Points, Faces]]] = []
     for mesh, result in zip(scene.meshes, results, strict=True):
         if not len(result.faces):
             continue
@@ -83,7 +84,7 @@ def build_document(
         if not math.isfinite(built.rounding):
             break
         built.merged_points += count_merged_points(flat.points, origin)
-        stored.append([(flat.points, flat.faces, origin)])
+        stored.append([(flat.points - origin, flat.faces)])
         built.vertices += builder.add_mesh(flat, origin)
         builder.add_nodes(mesh, origin)
     built.after = count_after_rounding(stored) if built.merged_points else None
@@ -95,7 +96,7 @@ def build_document(
 class _Builder:
     """A new document that grows: its JSON, its numbers, and the images that its materials name."""
 
-    json: dict[str, Any]
+    json: Json
     images: dict[str, bytes]
     new: NewAccessors = field(default_factory=NewAccessors)
     used_images: dict[str, int] = field(default_factory=dict)
@@ -104,20 +105,18 @@ class _Builder:
 
     def finish(self) -> bytes:
         """Assign numbers to accessors, views and images; return the data of the buffer."""
-        json_, views = self.json, [view.to_json() for view in self.new.views]
-        pieces = [bytes(view.data) for view in self.new.views]
+        views = self.new.list_views()
         for name, number in self.used_images.items():
-            json_["images"][number]["bufferView"] = len(views)
-            views.append({})
-            pieces.append(self.images[name])
-        json_["accessors"], json_["bufferViews"] = self.new.accessors, views
-        binary = pack_views(list(zip(views, pieces, strict=True)))
-        json_["buffers"] = [{"byteLength": len(binary)}]
+            self.json["images"][number]["bufferView"] = len(views)
+            views.append(({}, self.images[name]))
+        self.json["accessors"], self.json["bufferViews"] = self.new.accessors, [entry for entry, _ in views]
+        binary = pack_views(views)
+        self.json["buffers"] = [{"byteLength": len(binary)}]
         return binary
 
     def add_mesh(self, flat: FlatMesh, origin: Points) -> int:
         """Add a mesh of all parts that have faces; return the number of its vertices."""
-        entry: dict[str, Any] = {"primitives": []}
+        entry: Json = {"primitives": []}
         if flat.name:
             entry["name"] = flat.name
         vertices = 0
@@ -145,7 +144,7 @@ class _Builder:
     def add_nodes(self, mesh: Mesh, origin: Points) -> None:
         """Add a node for each instance of the mesh that was added last."""
         for transform in mesh.transforms:
-            node: dict[str, Any] = {"mesh": len(self.json["meshes"]) - 1}
+            node: Json = {"mesh": len(self.json["meshes"]) - 1}
             if mesh.name:
                 node["name"] = mesh.name
             if not np.array_equal(transform, np.eye(4)):
@@ -159,10 +158,10 @@ class _Builder:
 
     def _make_primitive(
         self, flat: FlatMesh, number: int, faces: Faces, attributes: dict[str, int], indices: int
-    ) -> dict[str, Any]:
+    ) -> Json:
         """Make a primitive; glTF gives it no name, so the part's goes into its extras."""
         part = flat.parts[number]
-        primitive: dict[str, Any] = {"attributes": attributes, "indices": indices}
+        primitive: Json = {"attributes": attributes, "indices": indices}
         colors = flat.values("COLOR_0") if "COLOR_0" in attributes else None
         own = None if colors is None else colors[faces.reshape(-1)]
         material = self._add_material(part.material, "TEXCOORD_0" in attributes, own)
@@ -172,9 +171,7 @@ class _Builder:
             primitive["extras"] = {"name": part.name}
         return primitive
 
-    def _add_material(
-        self, material: Material | None, textured: bool, colors: NDArray[np.float64] | None
-    ) -> int | None:
+    def _add_material(self, material: Material | None, textured: bool, colors: Values | None) -> int | None:
         """Add a material for faces of these colors, unless it is there; return its number. Those of alpha need one."""
         faded = colors is not None and colors.shape[1] > 3 and bool(np.any(colors[:, 3] < 1.0))
         if material is None and not faded:
@@ -187,10 +184,10 @@ class _Builder:
             self._materials[key] = self._append("materials", entry)
         return self._materials[key]
 
-    def _convert_material(self, material: Material, textured: bool, colored: bool) -> dict[str, Any]:
+    def _convert_material(self, material: Material, textured: bool, colored: bool) -> Json:
         """Return a material as glTF has it; colors of vertices replace its color, except for alpha."""
         numbers = dict(material.numbers)
-        metallic: dict[str, Any] = {"metallicFactor": _clamp_to_unit(*numbers.get("Pm", (0.0,)))}
+        metallic: Json = {"metallicFactor": _clamp_to_unit(*numbers.get("Pm", (0.0,)))}
         if "Pr" in numbers:
             metallic["roughnessFactor"] = _clamp_to_unit(*numbers["Pr"])
         r, g, b, a = map(_clamp_to_unit, material.color or _WHITE)
@@ -202,20 +199,20 @@ class _Builder:
         name = {"name": replace_bad_bytes(material.name)} if material.name else {}
         return {**name, "pbrMetallicRoughness": metallic, **self._convert_emission(numbers.get("Ke", (0.0,)))}
 
-    def _convert_emission(self, color: tuple[float, ...]) -> dict[str, Any]:
+    def _convert_emission(self, color: tuple[float, ...]) -> Json:
         """Return the members of a material for the light that it emits, which has no upper bound."""
         if max(color) <= 0.0:
             return {}
         strength = max(1.0, *color)
-        emission: dict[str, Any] = {"emissiveFactor": [_clamp_to_unit(value / strength) for value in color]}
+        emission: Json = {"emissiveFactor": [_clamp_to_unit(value / strength) for value in color]}
         if strength > 1.0:
             emission["extensions"] = {_EMISSIVE_STRENGTH: {"emissiveStrength": strength}}
             self._use_extension(_EMISSIVE_STRENGTH)
         return emission
 
-    def _make_texture_info(self, name: str, material: Material) -> dict[str, Any]:
+    def _make_texture_info(self, name: str, material: Material) -> Json:
         """Make the member by which a material names a texture."""
-        info: dict[str, Any] = {"index": self._add_texture(name, material.clamp)}
+        info: Json = {"index": self._add_texture(name, material.clamp)}
         if material.uv_map != UvMap():
             x, _, dx, _, y, dy = material.uv_map.matrix
             # glTF has v downwards: 1 - v' = y (1 - v) + 1 - y - dy.
@@ -236,7 +233,7 @@ class _Builder:
             self._textures[name, clamp] = self._append("textures", entry)
         return self._textures[name, clamp]
 
-    def _append(self, key: str, entry: dict[str, Any]) -> int:
+    def _append(self, key: str, entry: Json) -> int:
         """Append an entry to a top-level array; return its number."""
         entries = self.json.setdefault(key, [])
         entries.append(entry)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ...errors import OutputError
-from .document import Document
+from .document import Document, Json
 from .references import FEATURES, iterate_accessor_slots, iterate_view_slots
 
 
@@ -65,7 +63,7 @@ def _check_feature_ids(document: Document) -> None:
                 ids.get("texture", {}).get("extensions", {}).values()
 
 
-def _check_whole(container: dict[str, Any], key: str, default: int = 0) -> int:
+def _check_whole(container: Json, key: str, default: int = 0) -> int:
     """Return a member, which must be a whole number."""
     value = container.get(key, default)
     if type(value) is not int:

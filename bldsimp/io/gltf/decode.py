@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from .buffers import pack_rows
-from .document import COMPONENTS, MESHOPT, WIDTHS, Document, copy_json
+from .document import COMPONENTS, MESHOPT, WIDTHS, Document, Json, copy_json
 
 DRACO = "KHR_draco_mesh_compression"
 
@@ -74,7 +74,7 @@ def _find_extensions(document: Document) -> set[str]:
 class _Decoder:
     """New buffers of a document, one for each piece of decoded data; equal pieces of Draco's are one."""
 
-    def __init__(self, json_: dict[str, Any], document: Document) -> None:
+    def __init__(self, json_: Json, document: Document) -> None:
         self.json = json_
         self.document = document
         self.buffers: list[bytes] = []
@@ -82,7 +82,7 @@ class _Decoder:
         self._meshes: dict[int, Any] = {}
         self._views: dict[tuple[int, bytes], int] = {}
 
-    def decode_view(self, number: int, view: dict[str, Any]) -> None:
+    def decode_view(self, number: int, view: Json) -> None:
         """Undo meshopt's compression of a view."""
         name, packed = _pop_extension(view, MESHOPT)
         if packed is None:
@@ -102,7 +102,7 @@ class _Decoder:
         if mode == "ATTRIBUTES":
             view["byteStride"] = stride
 
-    def decode_primitive(self, primitive: dict[str, Any]) -> None:
+    def decode_primitive(self, primitive: Json) -> None:
         """Undo Draco's compression of a primitive."""
         _, packed = _pop_extension(primitive, (DRACO,))
         if packed is None:
@@ -126,12 +126,12 @@ class _Decoder:
                 raise InputError(f"the Draco data of the glTF file has no attribute {unique}, {name}: it is damaged")
             self._fill_accessor(accessors[primitive["attributes"][name]], np.asarray(found["data"]), vertices=True)
 
-    def _add_buffer(self, data: bytes) -> dict[str, Any]:
+    def _add_buffer(self, data: bytes) -> Json:
         """Add a buffer; return the place of its data for a buffer view."""
         self.buffers.append(data)
         return {"buffer": self._first + len(self.buffers) - 1, "byteOffset": 0, "byteLength": len(data)}
 
-    def _fill_accessor(self, accessor: dict[str, Any], values: NDArray[Any], *, vertices: bool) -> None:
+    def _fill_accessor(self, accessor: Json, values: NDArray[Any], *, vertices: bool) -> None:
         """Give an accessor values of its own type, in a view of their own."""
         values = np.ascontiguousarray(values).reshape(len(values), -1)
         if values.shape[1] != WIDTHS[accessor["type"]]:
@@ -148,11 +148,11 @@ class _Decoder:
             accessor["min"], accessor["max"] = values.min(axis=0).tolist(), values.max(axis=0).tolist()
 
 
-def _pop_extension(thing: dict[str, Any], names: tuple[str, ...]) -> tuple[str, dict[str, Any] | None]:
+def _pop_extension(thing: Json, names: tuple[str, ...]) -> tuple[str, Json | None]:
     """Remove the first of some extensions that a JSON object has; return its name and value."""
     extensions = thing.get("extensions", {})
     name = next((one for one in names if one in extensions), "")
-    packed: dict[str, Any] | None = extensions.pop(name, None)
+    packed: Json | None = extensions.pop(name, None)
     if packed is not None and not extensions:
         del thing["extensions"]
     return name, packed

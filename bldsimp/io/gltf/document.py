@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError, OutputError
+from ...model import Values
 from ..input_folder import LoadFile
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "i2", 5123: "u2", 5125: "u4", 5126: "f4"}
@@ -22,6 +23,9 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "M
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 _MAGIC, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942
+
+Json = dict[str, Any]
+"""An object of the JSON."""
 
 ARRAYS = (
     "accessors", "animations", "bufferViews", "buffers", "cameras", "images", "materials", "meshes", "nodes",
@@ -48,7 +52,7 @@ class Document:
         Extensions by which the file was compressed; the document is uncompressed.
     """
 
-    json: dict[str, Any]
+    json: Json
     buffers: list[bytes]
     chunks: list[tuple[int, bytes]]
     embedded: bool = False
@@ -73,9 +77,9 @@ class Document:
             if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
                 raise InputError(f"the glTF member '{key}' is not a list of names: the file is damaged")
 
-    def items(self, key: str) -> list[dict[str, Any]]:
+    def items(self, key: str) -> list[Json]:
         """Return a top-level array, empty if the file has none."""
-        found: list[dict[str, Any]] = self.json.get(key, [])
+        found: list[Json] = self.json.get(key, [])
         return found
 
     def join_own_buffers(self) -> bytes:
@@ -113,7 +117,7 @@ class Document:
             raise InputError(f"glTF accessor {index} is not a list of unsigned whole numbers: the file is damaged")
         return values[:, 0].astype(np.int64)
 
-    def read_numbers(self, index: int) -> NDArray[np.float64]:
+    def read_numbers(self, index: int) -> Values:
         """Return the values of an accessor in double; normalized integers become fractions."""
         accessor, values = self._item("accessors", index), self.read_accessor(index)
         numbers = values.astype(np.float64)
@@ -135,7 +139,7 @@ class Document:
         return bytes(buffer[start : start + length])
 
     def _read_sparse(
-        self, sparse: dict[str, Any], kind: np.dtype[Any], width: int, index: int
+        self, sparse: Json, kind: np.dtype[Any], width: int, index: int
     ) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return the places that sparse values replace, and those values."""
         try:
@@ -179,7 +183,7 @@ class Document:
             )
         return buffer, start, length
 
-    def _item(self, key: str, index: int) -> dict[str, Any]:
+    def _item(self, key: str, index: int) -> Json:
         """Return an entry of a top-level array."""
         items = self.items(key)
         # A truth value is a whole number to Python, but not to JSON.
@@ -249,7 +253,7 @@ def _split_chunks(data: bytes) -> tuple[bytes, bytes | None, list[tuple[int, byt
     return text, rest.pop(place)[1] if place >= 0 else None, rest
 
 
-def _load_buffer(entry: dict[str, Any], number: int, binary: bytes | None, load: LoadFile) -> bytes:
+def _load_buffer(entry: Json, number: int, binary: bytes | None, load: LoadFile) -> bytes:
     """Return the bytes of a buffer."""
     uri = str(entry.get("uri", ""))
     if uri.startswith("data:"):
@@ -311,7 +315,7 @@ def copy_json(value: Any) -> Any:
         raise InputError("the glTF JSON is nested too deep: the file is damaged") from None
 
 
-def pack_glb(json_: dict[str, Any], binary: bytes, chunks: list[tuple[int, bytes]]) -> bytes:
+def pack_glb(json_: Json, binary: bytes, chunks: list[tuple[int, bytes]]) -> bytes:
     """Return the GLB file of a document whose only buffer is the binary chunk."""
     text = write_json(json_, compact=True)
     text += b" " * (-len(text) % 4)
@@ -321,7 +325,7 @@ def pack_glb(json_: dict[str, Any], binary: bytes, chunks: list[tuple[int, bytes
     return b"".join([struct.pack("<III", _MAGIC, 2, 12 + sum(map(len, parts))), *parts])
 
 
-def write_json(json_: dict[str, Any], compact: bool) -> bytes:
+def write_json(json_: Json, compact: bool) -> bytes:
     """Return a document's JSON as UTF-8.
 
     Raises
@@ -329,7 +333,7 @@ def write_json(json_: dict[str, Any], compact: bool) -> bytes:
     OutputError
         If it is nested too deep, or holds a number beyond double precision.
     """
-    style: dict[str, Any] = {"separators": (",", ":")} if compact else {"indent": 2}
+    style: Json = {"separators": (",", ":")} if compact else {"indent": 2}
     try:
         return json.dumps(json_, ensure_ascii=False, allow_nan=False, **style).encode("utf-8")
     except UnicodeEncodeError:

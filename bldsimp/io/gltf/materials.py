@@ -12,7 +12,7 @@ from ...material import Material, UvMap
 from ...options import UNKNOWN_TEXELS
 from ..input_folder import LoadFile
 from ..textures import read_image_size
-from .document import Document, load_image
+from .document import Document, Json, load_image
 from .references import FEATURES, METADATA, TRANSFORM, VARIANTS
 
 _MAPS = {"normalTexture": "norm", "emissiveTexture": "map_Ke"}
@@ -25,7 +25,7 @@ Texels = tuple[float, float]
 """Texels that one unit of u and one of v are worth."""
 
 
-def read_material(document: Document, primitive: dict[str, Any]) -> Material | None:
+def read_material(document: Document, primitive: Json) -> Material | None:
     """Read name, color and textures of a primitive's material.
 
     Raises
@@ -58,30 +58,30 @@ def read_material(document: Document, primitive: dict[str, Any]) -> Material | N
     )
 
 
-def is_one_sided(document: Document, primitive: dict[str, Any]) -> bool:
+def is_one_sided(document: Document, primitive: Json) -> bool:
     """Tell whether back faces of a primitive are not drawn, as by default."""
     entry = _find_material(document, primitive)
     return entry is None or not entry.get("doubleSided", False)
 
 
-def read_name(entry: dict[str, Any], default: str) -> str:
+def read_name(entry: Json, default: str) -> str:
     """Return a name that every encoding takes: JSON can name half of a surrogate pair."""
     return str(entry.get("name", default)).encode("utf-8", "replace").decode("utf-8")
 
 
-def _find_material(document: Document, primitive: dict[str, Any]) -> dict[str, Any] | None:
+def _find_material(document: Document, primitive: Json) -> Json | None:
     """Return the material of a primitive, or None if it names none that exists."""
     number, materials = primitive.get("material"), document.items("materials")
     return None if number is None or not 0 <= number < len(materials) else materials[number]
 
 
-def _list_sources(entry: dict[str, Any]) -> list[Any]:
+def _list_sources(entry: Json) -> list[Any]:
     """List the images of a texture, and those that extensions offer instead."""
     sources = [entry.get("source"), *(each.get("source") for each in entry.get("extensions", {}).values())]
     return [source for source in sources if source is not None]
 
 
-def _find_image(document: Document, info: dict[str, Any] | None) -> str | None:
+def _find_image(document: Document, info: Json | None) -> str | None:
     """Return the number of the image that a texture reads, as text."""
     textures = document.items("textures")
     number = None if info is None else info.get("index")
@@ -93,12 +93,12 @@ def _find_image(document: Document, info: dict[str, Any] | None) -> str | None:
     return None if image is None else str(image)
 
 
-def find_uv_set(info: dict[str, Any]) -> int:
+def find_uv_set(info: Json) -> int:
     """Return the number of the UV set that a texture reads."""
     return int(info.get("extensions", {}).get(TRANSFORM, {}).get("texCoord", info.get("texCoord", 0)))
 
 
-def _read_uv_map(info: dict[str, Any]) -> UvMap:
+def _read_uv_map(info: Json) -> UvMap:
     """Read the UV set of a texture and its transform, with v upwards as other formats have it."""
     transform, number = info.get("extensions", {}).get(TRANSFORM, {}), find_uv_set(info)
     x, y = (float(value) for value in transform.get("scale", (1.0, 1.0)))
@@ -111,7 +111,7 @@ def _read_uv_map(info: dict[str, Any]) -> UvMap:
     return UvMap(number, (c * x, -s * y, s * y + dx, s * x, c * y, 1.0 - c * y - dy))
 
 
-def iterate_texture_infos(value: Any) -> Iterator[dict[str, Any]]:
+def iterate_texture_infos(value: Any) -> Iterator[Json]:
     """Yield every place in a material, or in an extension of a primitive, that names a texture."""
     # JSON may be nested deeper than functions may call each other.
     waiting = [value]
@@ -143,30 +143,28 @@ class TextureSizes:
         self.load = load
         self.warnings = warnings
         self._sizes: dict[int, Texels] = {}
-        self._materials: dict[int, dict[int, Texels]] = {}
 
-    def measure(self, primitive: dict[str, Any]) -> dict[int, Texels]:
+    def measure(self, primitive: Json) -> dict[int, Texels]:
         """Return for each UV set that something reads the most texels that a unit of it is worth."""
-        extensions, materials = primitive.get("extensions", {}), self.document.items("materials")
-        mappings = extensions.get(VARIANTS, {}).get("mappings", [])
         found: dict[int, Texels] = {}
-        for number in {primitive.get("material"), *(mapping.get("material") for mapping in mappings)}:
-            if isinstance(number, int) and 0 <= number < len(materials):
-                if number not in self._materials:
-                    self._materials[number] = {}
-                    self._raise_texels(self._materials[number], iterate_texture_infos(materials[number]))
-                _keep_greater(found, self._materials[number])
-        self._raise_texels(found, iterate_texture_infos(extensions.get(FEATURES, {})))
-        tables = self.document.json.get("extensions", {}).get(METADATA, {}).get("propertyTextures", [])
-        for number in extensions.get(METADATA, {}).get("propertyTextures", []):
-            self._raise_texels(found, iter(tables[number].get("properties", {}).values()))
+        for info in self._iterate_infos(primitive):
+            transform, uv_set = info.get("extensions", {}).get(TRANSFORM, {}), find_uv_set(info)
+            texels = _transform_texels(self._find_size(info["index"]), transform)
+            u, v = found.get(uv_set, (0.0, 0.0))
+            found[uv_set] = max(u, texels[0]), max(v, texels[1])
         return found
 
-    def _raise_texels(self, found: dict[int, Texels], infos: Iterator[dict[str, Any]]) -> None:
-        """Raise the texels of UV sets to those of more textures."""
-        for info in infos:
-            transform = info.get("extensions", {}).get(TRANSFORM, {})
-            _keep_greater(found, {find_uv_set(info): _transform_texels(self._find_size(info["index"]), transform)})
+    def _iterate_infos(self, primitive: Json) -> Iterator[Json]:
+        """Yield the textures of a primitive's material and its variants, of feature ids and of properties."""
+        extensions, materials = primitive.get("extensions", {}), self.document.items("materials")
+        mappings = extensions.get(VARIANTS, {}).get("mappings", [])
+        for number in {primitive.get("material"), *(mapping.get("material") for mapping in mappings)}:
+            if isinstance(number, int) and 0 <= number < len(materials):
+                yield from iterate_texture_infos(materials[number])
+        yield from iterate_texture_infos(extensions.get(FEATURES, {}))
+        tables = self.document.json.get("extensions", {}).get(METADATA, {}).get("propertyTextures", [])
+        for number in extensions.get(METADATA, {}).get("propertyTextures", []):
+            yield from tables[number].get("properties", {}).values()
 
     def _find_size(self, number: int) -> Texels:
         """Return width and height of a texture's largest image."""
@@ -186,7 +184,7 @@ class TextureSizes:
         return (data and read_image_size(data)) or (UNKNOWN_TEXELS, UNKNOWN_TEXELS)
 
 
-def _transform_texels(size: Texels, transform: dict[str, Any]) -> Texels:
+def _transform_texels(size: Texels, transform: Json) -> Texels:
     """Return the texels that a unit of the stored UV is worth, which a transform scales and then turns."""
     angle = float(transform.get("rotation", 0.0))
     c, s = math.cos(angle), math.sin(angle)
@@ -194,23 +192,16 @@ def _transform_texels(size: Texels, transform: dict[str, Any]) -> Texels:
     return x * math.hypot(c * size[0], s * size[1]), y * math.hypot(s * size[0], c * size[1])
 
 
-def _keep_greater(found: dict[int, Texels], more: dict[int, Texels]) -> None:
-    """Raise texels to the greater of two, for each set."""
-    for number, (x, y) in more.items():
-        u, v = found.get(number, (0.0, 0.0))
-        found[number] = max(u, x), max(v, y)
-
-
 class BareMaterials:
     """Materials without textures, for primitives that lose their texture coordinates."""
 
-    def __init__(self, json_: dict[str, Any]) -> None:
+    def __init__(self, json_: Json) -> None:
         self.materials = json_.get("materials", [])
         self._numbers: dict[str, int] = {}
         for number, material in enumerate(self.materials):
             self._numbers.setdefault(json.dumps(material, sort_keys=True), number)
 
-    def apply(self, primitive: dict[str, Any]) -> None:
+    def apply(self, primitive: Json) -> None:
         """Give a primitive and its variants the bare forms of their materials; add those that are new."""
         for user in (primitive, *primitive.get("extensions", {}).get(VARIANTS, {}).get("mappings", [])):
             number = user.get("material")
@@ -230,6 +221,6 @@ class BareMaterials:
         return self._numbers[key]
 
 
-def _drop_textures(members: list[tuple[str, Any]]) -> dict[str, Any]:
+def _drop_textures(members: list[tuple[str, Any]]) -> Json:
     """Return the members of a JSON object that name no texture."""
     return {key: value for key, value in members if not key.lower().endswith("texture")}

@@ -12,24 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Mesh, Scene, SimplifiedMesh
+from ...model import Indices, Mesh, Scene, SimplifiedMesh, Values
 from ...options import Options
 from ...stages.normals import resolve_normals
 from ...unique_rows import find_unique_rows
 from ..flat_mesh import drop_unused_rows, has_same_surface
-from .attributes import HARMLESS, SharedVertices, StoredColumn, list_primitives, store_attributes
+from . import references
+from .attributes import HARMLESS, SharedVertices, list_primitives, store_attributes
 from .buffers import NewAccessors, replace_accessors
-from .document import Document, copy_json
+from .document import Document, Json, copy_json
 from .materials import BareMaterials, find_uv_set
-from .references import (
-    FEATURES,
-    INSTANCING,
-    METADATA,
-    Slot,
-    iterate_instance_slots,
-    iterate_primitive_slots,
-    list_unknown_extensions,
-)
 
 
 def patch_document(
@@ -41,7 +33,7 @@ def patch_document(
     *,
     whole: bool,
     first: bool,
-) -> tuple[dict[str, Any], bytes, int]:
+) -> tuple[Json, bytes, int]:
     """Replace the simplified primitives of a document.
 
     Parameters
@@ -75,8 +67,8 @@ def patch_document(
         for mesh, result in zip(scene.meshes, results, strict=True):
             vertices += patch.replace_mesh(mesh, result)
         patch.remove_meshes({mesh.number for mesh in scene.meshes})
-    if patch.replaced and list_unknown_extensions(json_):
-        names = ", ".join(list_unknown_extensions(json_))
+    if patch.replaced and references.list_unknown_extensions(json_):
+        names = ", ".join(references.list_unknown_extensions(json_))
         warnings.append(f"kept extensions that bldsimp does not know as they are: {names}")
     whole |= bool(document.decoded)
     return json_, replace_accessors(document, json_, patch.new, patch.replaced, whole=whole, first=first), vertices
@@ -87,7 +79,7 @@ class _Patch:
     """Changes of a document: its JSON, new accessors, and the numbers of those that primitives named before."""
 
     document: Document
-    json: dict[str, Any]
+    json: Json
     options: Options
     bare: BareMaterials
     new: NewAccessors = field(default_factory=NewAccessors)
@@ -110,7 +102,7 @@ class _Patch:
                 own = {number: primitives[index] for number, index in indices.items()}
                 vertices += self._replace_group(mesh, result, group, own, faces, normals)
         for index in sorted(empty, reverse=True):
-            self._free(iterate_primitive_slots(primitives[index]))
+            self._free(references.iterate_primitive_slots(primitives[index]))
             del primitives[index]
         return vertices
 
@@ -119,19 +111,19 @@ class _Patch:
         mesh: Mesh,
         result: SimplifiedMesh,
         group: SharedVertices,
-        primitives: dict[int, dict[str, Any]],
-        faces: dict[int, NDArray[np.int32]],
-        normals: NDArray[np.float64] | None,
+        primitives: dict[int, Json],
+        faces: dict[int, Indices],
+        normals: Values | None,
     ) -> int:
         """Replace primitives that share vertices, by the numbers of their parts; return the number of vertices."""
         used, corners = drop_unused_rows(np.concatenate(list(faces.values())), len(result.points))
         columns = store_attributes(self.document, mesh, result, group, used, normals=normals, options=self.options)
-        first, inverse = find_unique_rows(np.concatenate([one.values.astype(np.float64) for one in columns], axis=1))
-        same_names = {one.name for one in columns} == {name for name, _ in group.accessors}
+        first, inverse = find_unique_rows(np.concatenate([one.astype(np.float64) for one in columns.values()], axis=1))
+        same_names = columns.keys() == dict(group.accessors).keys()
         # A result that is no smaller is better left as it is stored.
         if same_names and len(first) == group.count and has_same_surface(mesh, result, list(primitives)):
             return len(first)
-        accessors = {one.name: self._add_column(group, one, first) for one in columns}
+        accessors = {name: self._add_column(group, name, values[first]) for name, values in columns.items()}
         start = 0
         for number, own in faces.items():
             if len(own):
@@ -140,17 +132,17 @@ class _Patch:
             start += len(own)
         return len(first)
 
-    def _add_column(self, group: SharedVertices, column: StoredColumn, first: NDArray[np.int64]) -> int:
-        """Add some rows of a column; the new accessor has the name of the one it replaces."""
-        old = group.accessor(column.name)
+    def _add_column(self, group: SharedVertices, name: str, values: NDArray[Any]) -> int:
+        """Add values of an attribute; the new accessor has the name of the one it replaces."""
+        old = group.accessor(name)
         entry = {} if old is None else self.document.items("accessors")[old]
         more = {key: entry[key] for key in ("name", "extras") if key in entry}
-        bounds = column.name == "POSITION"
-        return self.new.add_vertices(column.values[first], normalized=column.normalized, bounds=bounds, **more)
+        normalized = bool(entry.get("normalized"))
+        return self.new.add_vertices(values, normalized=normalized, bounds=name == "POSITION", **more)
 
-    def _replace_primitive(self, primitive: dict[str, Any], accessors: dict[str, int], indices: int) -> None:
+    def _replace_primitive(self, primitive: Json, accessors: dict[str, int], indices: int) -> None:
         """Point a primitive at new accessors, by negative numbers until `replace_accessors` assigns them."""
-        self._free(iterate_primitive_slots(primitive))
+        self._free(references.iterate_primitive_slots(primitive))
         if not self.options.keeps("uv"):
             self.bare.apply(primitive)
         primitive["attributes"] = {name: -1 - number for name, number in accessors.items()}
@@ -160,13 +152,16 @@ class _Patch:
         # Morph targets without any entry.
         primitive.pop("targets", None)
         if "extensions" in primitive:
-            known = {key: value for key, value in primitive["extensions"].items() if key in HARMLESS}
-            kept = {key: _drop_lost_names(key, value, set(accessors), self.options) for key, value in known.items()}
+            kept = {
+                key: _drop_lost_names(key, value, set(accessors), self.options)
+                for key, value in primitive["extensions"].items()
+                if key in HARMLESS
+            }
             primitive["extensions"] = {key: value for key, value in kept.items() if value}
             if not primitive["extensions"]:
                 del primitive["extensions"]
 
-    def _free(self, slots: Iterator[Slot]) -> None:
+    def _free(self, slots: Iterator[references.Slot]) -> None:
         """Note that accessors may no longer be named."""
         self.replaced.update(container[key] for container, key in slots)
 
@@ -182,27 +177,27 @@ class _Patch:
             if node.get("mesh") in place:
                 node["mesh"] = place[node["mesh"]]
             elif "mesh" in node:
-                self._free(iterate_instance_slots(node))
+                self._free(references.iterate_instance_slots(node))
                 for key in ("mesh", "skin", "weights"):
                     node.pop(key, None)
-                node.get("extensions", {}).pop(INSTANCING, None)
+                node.get("extensions", {}).pop(references.INSTANCING, None)
                 if not node.get("extensions", True):
                     del node["extensions"]
 
 
-def _drop_lost_names(extension: str, value: dict[str, Any], kept: set[str], options: Options) -> dict[str, Any]:
+def _drop_lost_names(extension: str, value: Json, kept: set[str], options: Options) -> Json:
     """Return an extension of a primitive without members that name attributes other than those kept."""
-    if extension == FEATURES:
+    if extension == references.FEATURES:
         ids = [one for one in value.get("featureIds", []) if _has_source(one, kept)]
         return {**value, "featureIds": ids} if ids else {}
-    if extension == METADATA:
+    if extension == references.METADATA:
         lost = set() if options.keeps("uv") else {"propertyTextures"}
         lost |= set() if options.keeps("color") and options.keeps("feature") else {"propertyAttributes"}
         return {key: member for key, member in value.items() if key not in lost}
     return value
 
 
-def _has_source(ids: dict[str, Any], kept: set[str]) -> bool:
+def _has_source(ids: Json, kept: set[str]) -> bool:
     """Tell whether the attribute or UV set that feature ids are read from is kept."""
     if "attribute" in ids:
         return f"_FEATURE_ID_{ids['attribute']}" in kept

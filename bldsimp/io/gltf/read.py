@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...material import Material
-from ...model import LARGEST_COORDINATE, Mesh, Part, cast_indices, check_finite, check_indices
+from ...model import LARGEST_COORDINATE, Mesh, Part, Values, cast_indices, check_finite, check_indices
 from ...tolerance import number_format
 from ..input_folder import LoadFile
 from .attributes import (
@@ -21,11 +19,11 @@ from .attributes import (
     list_primitives,
     read_attributes,
 )
-from .document import Document
+from .document import Document, Json
 from .materials import TextureSizes, is_one_sided, read_material, read_name
 from .references import INSTANCING
 
-Matrix = NDArray[np.float64]
+Matrix = Values
 
 
 def read_meshes(document: Document, load: LoadFile, warnings: list[str]) -> list[Mesh]:
@@ -94,9 +92,7 @@ def _read_mesh(document: Document, sizes: TextureSizes, number: int, fixed: list
     return mesh
 
 
-def _read_faces(
-    document: Document, primitive: dict[str, Any], vertices: SharedVertices, name: str
-) -> NDArray[np.int64]:
+def _read_faces(document: Document, primitive: Json, vertices: SharedVertices, name: str) -> NDArray[np.int64]:
     """Read the faces of a primitive, whatever its mode."""
     corners = document.read_indices(primitive["indices"]) if "indices" in primitive else np.arange(vertices.count)
     try:
@@ -119,7 +115,7 @@ def _read_faces(
     return np.asarray(faces[proper])
 
 
-def _read_normals(document: Document, group: SharedVertices) -> NDArray[np.float64]:
+def _read_normals(document: Document, group: SharedVertices) -> Values:
     """Read the normals of a group, zero if it has none."""
     number = group.accessor("NORMAL")
     if number is None:
@@ -127,7 +123,7 @@ def _read_normals(document: Document, group: SharedVertices) -> NDArray[np.float
     found = document.read_numbers(number)
     if found.shape != (group.count, 3):
         raise InputError("a glTF primitive does not have as many normals as positions: the file is damaged")
-    return np.nan_to_num(found, posinf=0.0, neginf=0.0)
+    return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
 
 
 def _name_part(mesh: str, number: int, material: Material | None) -> str:
@@ -184,7 +180,7 @@ def _list_roots(document: Document) -> list[int]:
     return [index for index in range(len(document.items("nodes"))) if index not in children]
 
 
-def _read_instances(document: Document, node: dict[str, Any]) -> list[Matrix]:
+def _read_instances(document: Document, node: Json) -> list[Matrix]:
     """Read the transforms that EXT_mesh_gpu_instancing gives a node; the identity if it has none."""
     accessors = node.get("extensions", {}).get(INSTANCING, {}).get("attributes", {})
     known = {
@@ -198,7 +194,7 @@ def _read_instances(document: Document, node: dict[str, Any]) -> list[Matrix]:
     return [_read_transform({key: values[i] for key, values in known.items()}) for i in range(count)]
 
 
-def _read_transform(node: dict[str, Any]) -> Matrix:
+def _read_transform(node: Json) -> Matrix:
     """Read a node's own 4 x 4 transform."""
     if "matrix" in node:
         transform = np.array(node["matrix"], np.float64)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from .document import Json
+
 Slot = tuple[Any, Any]
 """A container, and the key or index in it of a number."""
 
@@ -26,14 +28,14 @@ _KNOWN = {
 }
 
 
-def list_unknown_extensions(json_: dict[str, Any]) -> list[str]:
+def list_unknown_extensions(json_: Json) -> list[str]:
     """List the extensions that may name accessors or buffer views in ways that bldsimp does not know."""
     return sorted(
         name for name in json_.get("extensionsUsed", []) if name not in _KNOWN and not name.startswith(_HARMLESS)
     )
 
 
-def iterate_accessor_slots(json_: dict[str, Any]) -> Iterator[Slot]:
+def iterate_accessor_slots(json_: Json) -> Iterator[Slot]:
     """Yield every place of an accessor's number."""
     for mesh in json_.get("meshes", []):
         for primitive in mesh.get("primitives", []):
@@ -47,12 +49,12 @@ def iterate_accessor_slots(json_: dict[str, Any]) -> Iterator[Slot]:
         yield from iterate_instance_slots(node)
 
 
-def iterate_instance_slots(node: dict[str, Any]) -> Iterator[Slot]:
+def iterate_instance_slots(node: Json) -> Iterator[Slot]:
     """Yield every place of an accessor's number in the instances of one node."""
     yield from _iterate_slots(node.get("extensions", {}).get(INSTANCING, {}).get("attributes", {}))
 
 
-def iterate_primitive_slots(primitive: dict[str, Any]) -> Iterator[Slot]:
+def iterate_primitive_slots(primitive: Json) -> Iterator[Slot]:
     """Yield every place of an accessor's number in one primitive."""
     yield from _iterate_slots(primitive.get("attributes", {}))
     yield from _iterate_slots(primitive, ["indices"])
@@ -61,7 +63,7 @@ def iterate_primitive_slots(primitive: dict[str, Any]) -> Iterator[Slot]:
     yield from _iterate_slots(primitive.get("extensions", {}).get("CESIUM_primitive_outline", {}), ["indices"])
 
 
-def iterate_view_slots(json_: dict[str, Any]) -> Iterator[Slot]:
+def iterate_view_slots(json_: Json) -> Iterator[Slot]:
     """Yield every place of a buffer view's number."""
     for accessor in json_.get("accessors", []):
         yield from iterate_accessor_view_slots(accessor)
@@ -73,14 +75,14 @@ def iterate_view_slots(json_: dict[str, Any]) -> Iterator[Slot]:
             yield from _iterate_slots(column, ["values", "arrayOffsets", "stringOffsets"])
 
 
-def iterate_accessor_view_slots(accessor: dict[str, Any]) -> Iterator[Slot]:
+def iterate_accessor_view_slots(accessor: Json) -> Iterator[Slot]:
     """Yield every place of a buffer view's number in one accessor."""
     sparse = accessor.get("sparse", {})
     for container in (accessor, sparse.get("indices", {}), sparse.get("values", {})):
         yield from _iterate_slots(container, ["bufferView"])
 
 
-def _iterate_slots(container: dict[str, Any], keys: Iterable[str] | None = None) -> Iterator[Slot]:
+def _iterate_slots(container: Json, keys: Iterable[str] | None = None) -> Iterator[Slot]:
     """Yield the places of whole numbers, of all keys or of those given."""
     for key in container.keys() if keys is None else keys:
         if type(container.get(key)) is int:

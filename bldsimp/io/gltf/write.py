@@ -6,13 +6,12 @@ import base64
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from urllib.parse import quote, unquote
 
 from ..input_folder import find_beneath
 from ..textures import find_media_type
 from .buffers import pack_views
-from .document import Document, pack_glb, parse_data_uri, write_json
+from .document import Document, Json, pack_glb, parse_data_uri, write_json
 
 
 @dataclass
@@ -35,7 +34,7 @@ class Placement:
 
 
 def pack_document(
-    json_: dict[str, Any], binary: bytes, document: Document | None, place: Placement, *, embed: bool, compact: bool
+    json_: Json, binary: bytes, document: Document | None, place: Placement, *, embed: bool, compact: bool
 ) -> dict[Path, bytes]:
     """Pack a document and its buffer into files.
 
@@ -68,7 +67,7 @@ def pack_document(
     return {**files, place.main: write_json(json_, compact)}
 
 
-def _name_buffer(json_: dict[str, Any], document: Document | None, place: Placement) -> str:
+def _name_buffer(json_: Json, document: Document | None, place: Placement) -> str:
     """Name the buffer's file: as before if the document is written over itself, else as no file that must stay."""
     name, source, main = place.main.stem + ".bin", place.source, place.main
     if document is None:
@@ -87,13 +86,13 @@ def _name_buffer(json_: dict[str, Any], document: Document | None, place: Placem
     return name
 
 
-def _list_files(json_: dict[str, Any]) -> list[str]:
+def _list_files(json_: Json) -> list[str]:
     """List the files of a document's buffers and images."""
     uris = [str(entry.get("uri", "")) for key in ("buffers", "images") for entry in json_.get(key, [])]
     return [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
 
 
-def copy_files(json_: dict[str, Any], place: Placement, warnings: list[str]) -> dict[Path, bytes]:
+def copy_files(json_: Json, place: Placement, warnings: list[str]) -> dict[Path, bytes]:
     """Copy the images and buffers that a document names to the folder that it moves to.
 
     Each keeps its name and its folder there. A reference out of the folder is made relative to the new one instead.
@@ -118,9 +117,9 @@ def copy_files(json_: dict[str, Any], place: Placement, warnings: list[str]) -> 
     return found
 
 
-def embed_images(json_: dict[str, Any], binary: bytes, place: Placement, warnings: list[str]) -> bytes:
+def embed_images(json_: Json, binary: bytes, place: Placement, warnings: list[str]) -> bytes:
     """Put the images next to a document into it; return the new buffer."""
-    extra: list[tuple[dict[str, Any], bytes]] = []
+    extra: list[tuple[Json, bytes]] = []
     for image in json_.get("images", []):
         uri = image.get("uri", "")
         if not uri or "://" in uri:
