@@ -1,8 +1,7 @@
-"""bldsimp simplifies 3D building models: fewest points, no crack, a guaranteed error bound."""
+"""bldsimp makes 3D building models light: fewest points, no crack, a certified error."""
 
 from __future__ import annotations
 
-import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -50,15 +49,8 @@ _HOMES = {
 }
 
 
-_RENAMED = {"Light": "SimplifiedMesh"}
-"""Deprecated names; the next version leaves them out."""
-
-
 def __getattr__(name: str) -> Any:
     """Load a public name when it is asked for: the command line must be able to answer before NumPy is there."""
-    if name in _RENAMED:
-        warnings.warn(f"bldsimp.{name} is deprecated: use {_RENAMED[name]}", DeprecationWarning, stacklevel=2)
-        return __getattr__(_RENAMED[name])
     for home, names in _HOMES.items():
         if name in names:
             globals()[name] = getattr(import_module(f".{home}", __name__), name)

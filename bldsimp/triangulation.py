@@ -82,7 +82,7 @@ class Triangulation(Triangulated):
     @property
     def neighbours(self) -> Faces:
         """Deprecated: `neighbors`."""
-        warnings.warn("neighbours is deprecated: use neighbors", DeprecationWarning, stacklevel=2)
+        warnings.warn("Triangulation.neighbours is now neighbors", DeprecationWarning, stacklevel=2)
         return self.neighbors
 
     def validate(self) -> None:
