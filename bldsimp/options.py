@@ -189,6 +189,7 @@ class Options:
     @property
     def min_part(self) -> float:
         """The deprecated name of `min_component`."""
+        warnings.warn("min_part is deprecated: use min_component", DeprecationWarning, stacklevel=2)
         return self.min_component
 
     def keeps(self, kind: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -28,9 +29,21 @@ OLD_NAMES = {
 _OLD_REASONS = {"smaller_than_min_component": "smaller_than_min_part"}
 
 
-def _alias(name: str) -> Any:
+def _alias(old: str, name: str) -> Any:
     """Make a deprecated attribute that reads and writes another one."""
-    return property(lambda self: getattr(self, name), lambda self, value: setattr(self, name, value))
+
+    def warn() -> None:
+        warnings.warn(f"{old} is deprecated: use {name}", DeprecationWarning, stacklevel=3)
+
+    def read(report: Report) -> Any:
+        warn()
+        return getattr(report, name)
+
+    def write(report: Report, value: Any) -> None:
+        warn()
+        setattr(report, name, value)
+
+    return property(read, write)
 
 
 @dataclass
@@ -186,4 +199,4 @@ class Report:
 
 
 for _old, _new in OLD_NAMES.items():
-    setattr(Report, _old, _alias(_new))
+    setattr(Report, _old, _alias(_old, _new))

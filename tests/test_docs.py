@@ -19,11 +19,8 @@ DOCS = sorted((ROOT / "docs").glob("*.md"))
 ALL = [*sorted(ROOT.glob("*.md")), *DOCS]
 ARCHITECTURE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 LINK = re.compile(r"\[([^\]]*)\]\(([^):#]*)(?:#([^)]*))?\)")
-OF_OTHERS = {"--slow", "--no-save"}
-"""Options of pytest and npm."""
-
-DEPRECATED = {"--min-part"}
-"""Options that work, but that no help names."""
+OTHERS = {"--slow", "--no-save", "--min-part", "--help"}
+"""Options of pytest and npm, and the hidden ones."""
 
 LONGEST_SENTENCE = 30
 PLAIN = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "compare.md", "decisions.md", "formats.md",
@@ -95,10 +92,10 @@ def test_sentences_are_short(document: Path) -> None:
 def test_options_that_texts_name_exist(capsys: pytest.CaptureFixture[str]) -> None:
     for command in ("simplify", "inspect", "compare", "batch"):
         assert main([command, "--help"]) == 0
-    known = set(re.findall(r"--[a-z][a-z-]+", capsys.readouterr().out)) | OF_OTHERS | DEPRECATED
+    known = set(re.findall(r"--[a-z][a-z-]+", capsys.readouterr().out)) | OTHERS
     for document in ALL:
         told = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", document.read_text(encoding="utf-8")))
-        assert told <= known | {"--help"}, document.name
+        assert told <= known, document.name
 
 
 def test_the_architecture_is_short() -> None:

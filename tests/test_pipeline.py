@@ -18,7 +18,7 @@ from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import DecidedPoints, simplify_mesh
 from bldsimp.scene import simplify_scene
 
-COUNTED = ("weld", "pair_halfedges", "find_turned", "find_rows", "find_charts")
+COUNTED = ("weld", "pair_halfedges", "find_misoriented", "assign_rows", "find_charts")
 
 
 @pytest.fixture
@@ -53,15 +53,15 @@ class TestOnce:
         scene = read(data / "house_textured.obj", "obj")
         assert len(scene.meshes) == 1
         simplify_scene(scene, Options(tolerance=Tolerance(0.5 if unit == "percent" else 0.0, unit)))
-        assert (calls["weld"], calls["find_charts"], calls["find_rows"]) == (1, 1, 1)
+        assert (calls["weld"], calls["find_charts"], calls["assign_rows"]) == (1, 1, 1)
 
     def test_halfedges_are_paired_once_for_each_set_of_faces(self, calls: Counter[str]) -> None:
         mesh = mesh_of(solids.subdivided(solids.box(), 3))
         simplify_mesh(mesh, 1e-9)
-        assert calls["pair_halfedges"] == calls["find_turned"] == 1
+        assert calls["pair_halfedges"] == calls["find_misoriented"] == 1
         simplify_mesh(mesh, 0.05)
         # At a wide tolerance collapses give other faces.
-        assert calls["pair_halfedges"] == calls["find_turned"] == 3
+        assert calls["pair_halfedges"] == calls["find_misoriented"] == 3
 
     def test_small_components_cost_no_second_weld(self, calls: Counter[str]) -> None:
         points, faces = solids.box()

@@ -21,8 +21,7 @@ from buildings.tessellate import tessellate
 from buildings.textured_house import build_terrace, color_terrace
 from textured.difference import LOCAL, MEAN, Difference, Views, compare_views
 from textured.model import Model
-from textured.read import is_gltf
-from textured.read import read_model
+from textured.read import is_gltf, read_model
 
 from bldsimp import Options, Tolerance
 from bldsimp.io import read

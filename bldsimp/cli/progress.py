@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from .._core import Progress
+from .. import _core
 from ..batch.row import FileRow, escape_name
 from ..display import sanitize_line
 
@@ -33,7 +33,7 @@ FILE_BYTES = 20_000
 """A file takes as long as its own bytes and this many more."""
 
 
-def run_with_progress(work: Callable[[Progress], T], points: int, *, quiet: bool) -> T:
+def run_with_progress(work: Callable[[_core.Progress], T], points: int, *, quiet: bool) -> T:
     """Run some work in a thread, so that the main thread can handle signals.
 
     Parameters
@@ -45,7 +45,7 @@ def run_with_progress(work: Callable[[Progress], T], points: int, *, quiet: bool
     quiet : bool
         Show nothing; else, on a terminal, a bar once the first point is removed.
     """
-    progress = Progress()
+    progress = _core.Progress()
     with ThreadPoolExecutor(1) as pool, ExitStack() as stack:
         future: Future[T] = pool.submit(work, progress)
         bar = None

@@ -50,7 +50,7 @@ class Text:
 
 
 @dataclass(frozen=True)
-class Group:
+class ShapeGroup:
     """Shapes about a place; on a page a title shows under the pointer, and a number names the row to choose."""
 
     x: float
@@ -60,7 +60,7 @@ class Group:
     number: int | None = None
 
 
-Shape = Path | Text | Group
+Shape = Path | Text | ShapeGroup
 
 
 @dataclass(frozen=True)
@@ -169,7 +169,7 @@ def build_figure(drawing: Drawing) -> Any:
 def _flatten(shapes: Sequence[Shape], x: float, y: float) -> Iterator[tuple[float, float, Path | Text]]:
     """Yield the shapes of all groups with the place of their group."""
     for shape in shapes:
-        if isinstance(shape, Group):
+        if isinstance(shape, ShapeGroup):
             yield from _flatten(shape.shapes, x + shape.x, y + shape.y)
         else:
             yield x, y, shape

@@ -16,7 +16,7 @@ from pathlib import Path as FilePath
 
 from ..display import sanitize_line
 from ..errors import UsageError
-from .drawing import Drawing, Group, Path, Shape, Text, check_png, format_svg, measure_words, render_png
+from .drawing import Drawing, Path, Shape, ShapeGroup, Text, check_png, format_svg, measure_words, render_png
 from .rows import SAME_POINTS, Comparison, MethodRow
 
 SUFFIXES = (".svg", ".png")
@@ -168,14 +168,14 @@ def draw_chart(
     for k, comparison in enumerate(comparisons):
         row, column = divmod(k, columns)
         panel = draw_panel(comparison, lines, names[comparison.file], numbers[k] if numbers else {})
-        shapes.append(Group(column * PANEL_WIDTH, row * PANEL_HEIGHT, panel))
+        shapes.append(ShapeGroup(column * PANEL_WIDTH, row * PANEL_HEIGHT, panel))
     drawn = {row.method for each in comparisons for row in list_drawable(each).values()}
     x, y = 0.0, height + 12.0
     for method in (method for method in lines if method in drawn):
         room = 62.0 + measure_words(method, 12.0)
         if x and x + room > width:
             x, y = 0.0, y + 20.0
-        shapes.append(Group(16.0 + x, y, draw_entry(method, lines[method])))
+        shapes.append(ShapeGroup(16.0 + x, y, draw_entry(method, lines[method])))
         x += room
     y += 22.0
     letters = int(width / measure_words(" ", 10.0)) - 4
@@ -189,7 +189,7 @@ def draw_entry(method: str, line: LineStyle) -> list[Shape]:
     """Draw the entry of a method in the legend."""
     return [
         Path(((0.0, -4.0), (34.0, -4.0)), line.color, line.width, line.dashes),
-        Group(17.0, -4.0, draw_mark(line)),
+        ShapeGroup(17.0, -4.0, draw_mark(line)),
         Text(40.0, 0.0, method),
     ]
 
@@ -302,7 +302,7 @@ def draw_curve(
         yield Path(track, line.color, line.width, line.dashes)
     for x, y, k in spots:
         title = f"{rows[k].method} at {rows[k].tolerance}: {rows[k].points:,} points"
-        yield Group(x, y, draw_mark(line), title, numbers.get(k))
+        yield ShapeGroup(x, y, draw_mark(line), title, numbers.get(k))
 
 
 def write_counts(spots: Sequence[Spot], line: LineStyle, rows: Mapping[int, MethodRow]) -> Iterator[Shape]:

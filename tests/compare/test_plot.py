@@ -18,7 +18,7 @@ from shapes import fine_box, obj_text, write
 
 from bldsimp.cli import main
 from bldsimp.compare import drawing as drawing_module
-from bldsimp.compare.drawing import Drawing, Group, Shape, Text, build_figure, format_svg
+from bldsimp.compare.drawing import Drawing, Shape, ShapeGroup, Text, build_figure, format_svg
 from bldsimp.compare.drawing import Path as Line
 from bldsimp.compare.placement import PlacedSurface
 from bldsimp.compare.plot import (
@@ -205,7 +205,7 @@ class TestStyle:
         panel = draw(Comparison("a.obj", SURFACE, 10.0, {"0.1%": 0.01}, single)).shapes[0].shapes
         (line,) = find_lines(panel)
         assert np.ptp([u for u, _ in line.points]) == 16.0
-        marks = [shape for shape in panel if isinstance(shape, Group) and shape.shapes]
+        marks = [shape for shape in panel if isinstance(shape, ShapeGroup) and shape.shapes]
         assert len(marks) == 4
 
     @pytest.mark.parametrize("log", [True, False])

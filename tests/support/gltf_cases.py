@@ -17,6 +17,7 @@ from bldsimp import Options
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.model import Scene
+from bldsimp.options import DEFAULTS
 from bldsimp.scene import simplify_scene
 
 
@@ -47,7 +48,7 @@ def add_picture(document: Gltf, data: bytes) -> int:
     return len(json_["textures"]) - 1
 
 
-def light_of(data: bytes, path: Path, options: Options = Options()) -> tuple[Scene, bytes]:  # noqa: B008
+def light_of(data: bytes, path: Path, options: Options = DEFAULTS) -> tuple[Scene, bytes]:
     """Simplify a GLB and give back what was written."""
     scene = read(data, "glb")
     lights, _ = simplify_scene(scene, options)

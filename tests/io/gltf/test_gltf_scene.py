@@ -16,6 +16,7 @@ from shapes import Gltf, box, write
 from bldsimp import Options, Report, simplify
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.options import DEFAULTS
 from bldsimp.scene import simplify_scene
 
 MODELS = (
@@ -24,7 +25,7 @@ MODELS = (
 )  # fmt: skip
 
 
-def lightened(source: Path, target: Path, options: Options = Options()) -> Report:  # noqa: B008
+def lightened(source: Path, target: Path, options: Options = DEFAULTS) -> Report:
     """Simplify a file."""
     scene = read(source, source.suffix[1:])
     lights, report = simplify_scene(scene, options)
