@@ -263,7 +263,7 @@ def color_attribute(
 
 
 def custom_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, whole: bool, on_faces: bool) -> Attribute:
-    """What else rows or faces carry: whole numbers that are the same all over each face name something.
+    """Make an attribute of rows or faces: whole numbers that are the same all over each face name something.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def custom_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, whol
 
 
 def label_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, on_faces: bool = False) -> Attribute:
-    """What names something, and has nothing between two values."""
+    """Make an attribute that names something, and has nothing between two values."""
     return _attribute(name, "feature", values, mesh, 1.0, on_faces)
 
 
