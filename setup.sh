@@ -74,6 +74,6 @@ now=$(state)
 if [ "$now" != "$(cat "$stamp" 2>/dev/null)" ]; then
     install
     # A rebuild serves all extras, but only the extras of this run are certainly installed.
-    state >"$stamp"
+    echo "$now" >"$stamp"
     [ "$extras" = "" ] || cp "$stamp" .venv/bldsimp-base.stamp
 fi

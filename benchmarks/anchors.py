@@ -79,8 +79,8 @@ def read_anchors(path: Path) -> list[Anchor]:
 def measure_anchor(anchor: Anchor, mesh: Surface) -> list[object]:
     """Measure one row of the table."""
     tolerance = anchor.relative * mesh.diagonal
-    light = bldsimp.simplify((mesh.points, mesh.faces), tolerance)
-    report, after = light.report, weld_surface(*light.mesh)
+    simplified = bldsimp.simplify((mesh.points, mesh.faces), tolerance)
+    report, after = simplified.report, weld_surface(*simplified.mesh)
     found = measure_deviation(mesh, after)
     return [
         anchor.model, f"{anchor.relative:g}", len(mesh.points), len(after.points),

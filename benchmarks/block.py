@@ -85,15 +85,15 @@ class Theirs:
 def measure(mesh: Surface, runs: int) -> Measured:
     """Run both programs on one mesh."""
     ours, theirs = Ours(mesh), Theirs(mesh)
-    light, their_result = ours(), theirs.result()
+    simplified, their_result = ours(), theirs.result()
     jobs = {"ours": ours} | ({} if their_result is None else {"theirs": theirs})
     timings = time_in_turns(runs, **jobs)
     return Measured(
         before=mesh,
-        ours=weld_surface(*light.mesh),
+        ours=weld_surface(*simplified.mesh),
         theirs=their_result,
-        tolerance=light.report.tolerance,
-        bound=light.report.deviation,
+        tolerance=simplified.report.tolerance,
+        bound=simplified.report.deviation,
         our_time=timings["ours"],
         their_time=timings.get("theirs"),
         memory=measure_peak(mesh),

@@ -16,7 +16,7 @@ PACKAGES = (
 
 
 def read_processor() -> str:
-    """Read the name of the processor, as far as the system tells."""
+    """Read the name of the processor, as far as the system knows it."""
     listed = Path("/proc/cpuinfo")
     lines = listed.read_text().splitlines() if listed.is_file() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

@@ -1,4 +1,4 @@
-"""Run every file of a folder: points, facets on each rung, deviation beside the bound, what a second run removes.
+"""Run every file of a folder: points, status of the facets, deviation beside the bound, what a second run removes.
 
 usage: python benchmarks/models.py [FOLDER] [--tolerance auto|LENGTH|PERCENT% ...] [--delimit WORDS]
 needs: pip install "bldsimp[bench]"
@@ -22,7 +22,9 @@ from table import format_percent, format_share, format_table
 
 import bldsimp
 from bldsimp.io import SUFFIXES, read, write
+from bldsimp.model import Scene
 from bldsimp.options import parse_delimit, parse_tolerance
+from bldsimp.scene import simplify_scene
 from bldsimp.stages.fallback import Level
 from bldsimp.tolerance import transform_points
 
@@ -60,7 +62,7 @@ class Run:
         return self.first.after.points - self.second.after.points
 
 
-def place_scene(scene: bldsimp.Scene) -> Surface:
+def place_scene(scene: Scene) -> Surface:
     """Join all instances of all meshes of a scene to one surface."""
     points, faces, count = [], [], 0
     for mesh in scene.meshes:
@@ -80,19 +82,19 @@ def run_file(path: Path, options: bldsimp.Options, folder: Path) -> Run:
         If the program refuses the file.
     """
     format_ = path.suffix.lower().lstrip(".")
-    out = folder / f"light.{format_}"
+    out = folder / f"simplified.{format_}"
     seconds = []
     for _ in range(RUNS):
         start = time.perf_counter()
         scene = read(path, format_)
-        lights, first = bldsimp.simplify_scene(scene, options)
-        first.rounding = write(scene, lights, out, format_, options).rounding
+        results, first = simplify_scene(scene, options)
+        first.rounding = write(scene, results, out, format_, options).rounding
         seconds.append(time.perf_counter() - start)
     again = read(out, format_)
     before = place_scene(scene)
     return Run(
         first=first,
-        second=bldsimp.simplify_scene(again, options)[1],
+        second=simplify_scene(again, options)[1],
         found=measure_deviation(before, place_scene(again)),
         noise=measure_deviation(before, before),
         seconds=min(seconds),

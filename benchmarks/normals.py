@@ -171,8 +171,8 @@ def compare_models(anchor: Anchor, folder: Path) -> tuple[list[list[object]], li
     judge = build_judge(mesh)
     tools = build_decimators(judge)
     walls = Walls(mesh, anchor.relative * judge.diagonal)
-    light = weld_surface(*bldsimp.simplify((mesh.points, mesh.faces), walls.tolerance).mesh)
-    ours = walls.measure(light, measure_deviation(mesh, light))
+    simplified = weld_surface(*bldsimp.simplify((mesh.points, mesh.faces), walls.tolerance).mesh)
+    ours = walls.measure(simplified, measure_deviation(mesh, simplified))
     within, same = run_peers(tools, find_fewest(walls.tolerance)), run_peers(tools, find_as_many(ours.points))
     return measure_results(anchor.model, walls, ours, within), measure_results(anchor.model, walls, ours, same)
 

@@ -15,7 +15,7 @@ from surface import Surface
 
 
 def measure_peak(surface: Surface) -> int:
-    """Measure the bytes that a fresh process needs at most above the level at which it holds the arrays."""
+    """Measure the bytes that a fresh process needs at most above the level at which it has loaded the arrays."""
     with tempfile.TemporaryDirectory() as folder:
         paths = [Path(folder) / f"{name}.npy" for name in surface._fields]
         for path, array in zip(paths, surface, strict=True):
@@ -40,8 +40,8 @@ def _main() -> None:
     # What the first call of anything loads is no part of the figure.
     bldsimp.simplify((corner, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])))
     level = _read_status("VmRSS")
-    light = bldsimp.simplify((points, faces))
-    assert light.report.after.points <= len(points)
+    simplified = bldsimp.simplify((points, faces))
+    assert simplified.report.after.points <= len(points)
     print(max(_read_status("VmHWM") - level, 0))
 
 

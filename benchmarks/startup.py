@@ -54,7 +54,7 @@ def measure_figures(mesh: Surface, runs: int) -> str:
     rows = []
     with tempfile.TemporaryDirectory() as scratch:
         for read, written in FORMATS:
-            source, target = Path(scratch) / f"fine.{read}", Path(scratch) / f"light.{written}"
+            source, target = Path(scratch) / f"fine.{read}", Path(scratch) / f"simplified.{written}"
             trimesh.Trimesh(mesh.points, mesh.faces, process=False).export(source)
             jobs = {"ours": partial(run_ours, source, target), "theirs": partial(run_theirs, source, target)}
             for job in jobs.values():  # once, so that no program pays for a cold disk

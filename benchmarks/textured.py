@@ -25,8 +25,9 @@ from startup import LIMIT, run_ours, run_theirs
 from surface import ROOT, Surface
 from table import format_table, format_time, time_in_turns
 
-from bldsimp import Options, simplify_scene
+from bldsimp import Options
 from bldsimp.io import read, write
+from bldsimp.scene import simplify_scene
 
 TILES = 0.5
 """Times that the texture repeats within a model unit."""
@@ -65,9 +66,9 @@ def time_io(source: Path, target: Path) -> list[list[object]]:
     clock = [time.perf_counter()]
     scene = read(source, "glb")
     clock.append(time.perf_counter())
-    lights, report = simplify_scene(scene, Options())
+    results, report = simplify_scene(scene, Options())
     clock.append(time.perf_counter())
-    written = write(scene, lights, target, "glb", Options())
+    written = write(scene, results, target, "glb", Options())
     clock.append(time.perf_counter())
     spent = [format_time(end - start) for start, end in itertools.pairwise(clock)]
     return [[f"{report.before.points:,} -> {report.after.points:,}", report.before.vertices, written.vertices, *spent]]
@@ -82,7 +83,7 @@ def main() -> None:
     args = parser.parse_args()
     mesh = oversample(simplify_model(args.mesh), args.triangles)
     with tempfile.TemporaryDirectory() as scratch:
-        source, target = Path(scratch) / "fine.glb", Path(scratch) / "light.glb"
+        source, target = Path(scratch) / "fine.glb", Path(scratch) / "simplified.glb"
         save(mesh, source)
         timings = time_in_turns(
             args.runs, ours=partial(run_ours, source, target), theirs=partial(run_theirs, source, target)

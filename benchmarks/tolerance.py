@@ -121,11 +121,11 @@ def judge_model(script: Path, model: Path, tolerance: str) -> Judged:
         Where one of them fails; it has said why.
     """
     with tempfile.TemporaryDirectory() as folder:
-        light = Path(folder) / "light.ply"
+        simplified = Path(folder) / "simplified.ply"
         code = "import sys; from bldsimp.cli import main; sys.exit(main())"
-        command = [sys.executable, "-c", code, "simplify", str(model), str(light), "--tolerance", tolerance]
+        command = [sys.executable, "-c", code, "simplify", str(model), str(simplified), "--tolerance", tolerance]
         seconds, memory = time_command([*command, "--delimit", "none", "--quiet"])
-        measure = [sys.executable, str(script), str(model), str(light), "--json"]
+        measure = [sys.executable, str(script), str(model), str(simplified), "--json"]
         done = subprocess.run(measure, stdout=subprocess.PIPE, text=True)
         if done.returncode:
             raise SystemExit(f"{script} failed on {model}")

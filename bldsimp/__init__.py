@@ -1,52 +1,53 @@
-"""bldsimp makes 3D building models light: fewest points, no crack, a certified error."""
+"""Simplify 3D building models: merge coplanar faces, keep textures, and report a guaranteed error bound."""
 
 from __future__ import annotations
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .api import Facet, Simplified, simplify
-    from .errors import BldsimpError, InputError, InternalError, OutputError, TopologyError, UsageError
-    from .model import Mesh, Part, Scene, SimplifiedMesh
+    from .api import Simplified, simplify
+    from .errors import BldsimpError, InputError, OutputError, TopologyError, UsageError
     from .options import Options, Tolerance
     from .report import Report
-    from .scene import simplify_scene
-    from .triangulation import Triangulation, triangulate
+    from .triangulation import triangulate
 
 __version__ = "0.1.0"
 
 __all__ = [
     "BldsimpError",
-    "Facet",
     "InputError",
-    "InternalError",
-    "Mesh",
     "Options",
     "OutputError",
-    "Part",
     "Report",
-    "Scene",
     "Simplified",
-    "SimplifiedMesh",
     "Tolerance",
     "TopologyError",
-    "Triangulation",
     "UsageError",
     "simplify",
-    "simplify_scene",
     "triangulate",
 ]
 
 _HOMES = {
-    "errors": ("BldsimpError", "InputError", "InternalError", "OutputError", "TopologyError", "UsageError"),
+    "api": ("Simplified", "simplify"),
+    "errors": ("BldsimpError", "InputError", "OutputError", "TopologyError", "UsageError"),
     "options": ("Options", "Tolerance"),
     "report": ("Report",),
-    "model": ("SimplifiedMesh", "Mesh", "Part", "Scene"),
-    "api": ("Facet", "Simplified", "simplify"),
-    "scene": ("simplify_scene",),
-    "triangulation": ("Triangulation", "triangulate"),
+    "triangulation": ("triangulate",),
 }
+
+_MOVED = {
+    "Facet": "api.Facet",
+    "InternalError": "errors.InternalError",
+    "Light": "model.SimplifiedMesh",
+    "Mesh": "model.Mesh",
+    "Part": "model.Part",
+    "Scene": "model.Scene",
+    "Triangulation": "triangulation.Triangulation",
+    "simplify_scene": "scene.simplify_scene",
+}
+"""Names that were public here, and where they are now; deprecated."""
 
 
 def __getattr__(name: str) -> Any:
@@ -55,6 +56,10 @@ def __getattr__(name: str) -> Any:
         if name in names:
             globals()[name] = getattr(import_module(f".{home}", __name__), name)
             return globals()[name]
+    if name in _MOVED:
+        home, _, new = _MOVED[name].partition(".")
+        warnings.warn(f"bldsimp.{name} is now bldsimp.{_MOVED[name]}", DeprecationWarning, stacklevel=2)
+        return getattr(import_module(f".{home}", __name__), new)
     raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
 
 

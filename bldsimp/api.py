@@ -50,6 +50,13 @@ class Simplified:
         `trimesh.Trimesh`, with its UV, material, colors and other arrays of vertices and faces, or a tuple of points
         (n, 3) float64 and faces (m, 3) int32.
     report : Report
+
+    Examples
+    --------
+    >>> import trimesh
+    >>> result = simplify(trimesh.creation.box().subdivide())
+    >>> type(result.mesh).__name__, len(result.mesh.vertices), len(result.facets)
+    ('Trimesh', 8, 6)
     """
 
     mesh: Any

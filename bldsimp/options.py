@@ -113,6 +113,12 @@ class Tolerance:
         Model units where `unit` is ``"length"``, percent of the diagonal where it is ``"percent"``;
         not used where it is ``"auto"``.
     unit : str
+        ``"length"``, ``"percent"`` or ``"auto"``.
+
+    Examples
+    --------
+    >>> Tolerance(0.02, "length")
+    Tolerance(value=0.02, unit='length')
     """
 
     value: float = 0.0
@@ -149,6 +155,12 @@ class Options:
         none. The deprecated name is `min_part`.
     allow_close : bool
         Boundary loops may close where that moves the surface by no more than the tolerance, if it is a wide one.
+
+    Examples
+    --------
+    >>> options = Options(Tolerance(0.1, "percent"), delimit=frozenset({"material"}))
+    >>> options.keeps("uv"), options.crease_angle
+    (False, 30.0)
     """
 
     tolerance: Tolerance = Tolerance()
@@ -181,7 +193,7 @@ class Options:
         return self.min_component
 
     def keeps(self, kind: str) -> bool:
-        """Whether attributes of a kind are kept."""
+        """Tell whether attributes of a kind are kept."""
         return kind in self.delimit or (kind == "tangent" and "uv" in self.delimit)
 
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
+import os
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from .errors import InternalError
 from .model import Flags, Indices, Mesh, Points, measure_box
 from .options import AUTO_DIAGONAL, DEFAULTS, STAGED_DIAGONAL, Options
 from .result import MeshResult, StageResults, compose_result, resolve_corners
@@ -71,6 +75,12 @@ def simplify_mesh(
     -------
     MeshResult
 
+    Raises
+    ------
+    InternalError
+        Where an invariant of a kernel is broken; names the stage. With the environment variable BLDSIMP_DUMP the
+        mesh is written to the folder that it names.
+
     Notes
     -----
     Nearly linear in the number of faces. The result depends on the coordinates alone: every stage works
@@ -79,6 +89,23 @@ def simplify_mesh(
     A wide tolerance is spent by collapses on what facets leave without loss. The result is made of facets
     again, so that its triangles are as well shaped as any.
     """
+    try:
+        return _run_stages(mesh, tolerance, options, welded, decided, keep_layout, progress)
+    except _core.KernelError as error:
+        dump = _dump_input(mesh, tolerance, options)
+        raise InternalError(f"{error}: a bug in bldsimp, {dump}") from error
+
+
+def _run_stages(
+    mesh: Mesh,
+    tolerance: float,
+    options: Options,
+    welded: WeldedMesh | None,
+    decided: DecidedPoints | None,
+    keep_layout: bool,
+    progress: _core.Progress | None,
+) -> MeshResult:
+    """Run the stages of `simplify_mesh`."""
     attributes = KeptAttributes(mesh, options)
     welded = weld_mesh(mesh, options) if welded is None else welded
     exact = rounding_tolerance(welded.points)
@@ -101,6 +128,27 @@ def simplify_mesh(
         given.corners = resolve_corners(mesh, given)
         given.merged.append(merge_remaining(given.collapsed.surface, given.corners, exact))
     return compose_result(mesh, attributes, given, keep_layout=keep_layout)
+
+
+def _dump_input(mesh: Mesh, tolerance: float, options: Options) -> str:
+    """Write the input of a failing run to the folder that BLDSIMP_DUMP names; say where, or how to get it."""
+    folder = os.environ.get("BLDSIMP_DUMP")
+    if not folder:
+        return "please report it; BLDSIMP_DUMP=FOLDER writes the failing mesh to a folder"
+    path = Path(folder, f"bldsimp-{hashlib.sha256(mesh.points.tobytes() + mesh.faces.tobytes()).hexdigest()[:12]}.npz")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    parts = np.array([part.name for part in mesh.parts])
+    np.savez(
+        path,
+        points=mesh.points,
+        faces=mesh.faces,
+        part_of_face=mesh.part_of_face,
+        parts=parts,
+        tolerance=tolerance,
+        options=repr(options),
+        **{one.name: one.values for one in mesh.attributes},
+    )
+    return f"please report it with {path}"
 
 
 def weld_mesh(mesh: Mesh, options: Options) -> WeldedMesh:

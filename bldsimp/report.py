@@ -150,6 +150,14 @@ class Report:
         where it does not get there (`warnings` says so).
     seconds : float
     warnings : list of str
+
+    Examples
+    --------
+    >>> import bldsimp
+    >>> square = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]]
+    >>> report = bldsimp.simplify((square, [[0, 1, 4], [1, 3, 4], [1, 2, 3]])).report
+    >>> report.facets, report.after.points, report.deviation <= report.tolerance
+    (1, 4, True)
     """
 
     tolerance: float

@@ -4,5 +4,5 @@ set -eu
 cd "$(dirname "$0")/.."
 sh setup.sh
 mkdir -p build
-.venv/bin/bldsimp simplify data/building_a.glb build/building_a_light.glb --overwrite
-echo "written to build/building_a_light.glb" >&2
+.venv/bin/bldsimp simplify data/building_a.glb build/building_a_simplified.glb --overwrite
+echo "written to build/building_a_simplified.glb" >&2

@@ -20,8 +20,9 @@ from buildings.house import build_house
 from buildings.tessellate import tessellate
 from buildings.tower import build_tower
 
-from bldsimp import Options, Tolerance, simplify, simplify_scene
+from bldsimp import Options, Tolerance, simplify
 from bldsimp.io import read
+from bldsimp.scene import simplify_scene
 
 BUILDINGS = {"building_a": build_house, "building_b": build_tower}
 Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

@@ -11,6 +11,7 @@ import pytest
 import solids
 
 from bldsimp import _core
+from bldsimp.errors import InternalError
 from bldsimp.io import read
 from bldsimp.model import Mesh, Part, Scene, cast_indices
 from bldsimp.options import Options, Tolerance
@@ -100,3 +101,43 @@ class TestDecidedPoints:
         result = simplify_mesh(mesh, 1e-6, decided=decided)
         assert result.after.points == 4
         assert result.deviation >= 0.01
+
+    def test_a_point_stays_at_a_wide_tolerance_too(self) -> None:
+        mesh, middle = self.sheet(0.01)
+        assert simplify_mesh(mesh, 0.05).after.points == 4
+        decided = DecidedPoints(np.array([middle], np.int32), np.array([True]))
+        result = simplify_mesh(mesh, 0.05, decided=decided)
+        assert result.after.points == 5
+        assert middle in result.mesh.faces
+        assert np.array_equal(result.mesh.points[middle], mesh.points[middle])
+
+
+class TestBrokenInvariants:
+    """A kernel that finds an invariant broken ends in one error that names it, and its input can be had."""
+
+    @pytest.fixture
+    def broken(self, monkeypatch: pytest.MonkeyPatch) -> Mesh:
+        def find_facets(*_: Any) -> None:
+            raise _core.KernelError("find_facets: a facet without faces")
+
+        monkeypatch.setattr(_core, "find_facets", find_facets)
+        return mesh_of(solids.box())
+
+    def test_the_error_names_the_stage_and_how_to_get_the_input(
+        self, broken: Mesh, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.delenv("BLDSIMP_DUMP", raising=False)
+        with pytest.raises(InternalError, match=r"^find_facets: a facet without faces: a bug.*BLDSIMP_DUMP=FOLDER"):
+            simplify_mesh(broken, 1e-6)
+
+    def test_the_input_is_written_where_the_environment_says(
+        self, broken: Mesh, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ) -> None:
+        monkeypatch.setenv("BLDSIMP_DUMP", str(tmp_path / "dump"))
+        with pytest.raises(InternalError, match=r"report it with .*\.npz"):
+            simplify_mesh(broken, 1e-6)
+        (path,) = (tmp_path / "dump").iterdir()
+        with np.load(path) as dumped:
+            assert np.array_equal(dumped["points"], broken.points)
+            assert np.array_equal(dumped["faces"], broken.faces)
+            assert dumped["tolerance"] == 1e-6

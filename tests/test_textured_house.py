@@ -19,8 +19,9 @@ from buildings.png import encode_png
 from buildings.textured_files import IMAGES, NAME
 from buildings.textured_house import build_body, build_terrace, build_wing
 
-from bldsimp import Options, simplify_scene
+from bldsimp import Options
 from bldsimp.io import read
+from bldsimp.scene import simplify_scene
 
 
 @pytest.fixture(scope="module")

@@ -23,9 +23,10 @@ from textured.difference import LOCAL, MEAN, Difference, Views, compare_views
 from textured.model import Model
 from textured.read import is_gltf, read_model
 
-from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp import Options, Tolerance
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.scene import simplify_scene
 
 LOCAL_MOVED = 0.15
 """The same where points may move by a quarter of a pixel, and what is smaller may go."""

@@ -12,7 +12,7 @@ from ..model import Indices, Mesh, measure_box
 from ..options import MOVED_SHARE
 from ..tolerance import frame
 from .removal import Details
-from .surface import Surface
+from .surface import STAYS, Surface
 
 _NONE_MOVES = -1
 
@@ -77,6 +77,7 @@ def collapse_edges(
         mesh.single,
         len(details.lids),
         progress,
+        (surface.decided == STAYS).astype(np.uint8),
     )
     changed = found.accepted + found.moved > 0 or details.change_anything
     parent = given[found.source]

@@ -24,9 +24,10 @@ from shapes import (
     write,
 )  # fmt: skip
 
-from bldsimp import InputError, Mesh, Scene
+from bldsimp import InputError
 from bldsimp.inspection import count_defects
 from bldsimp.io import read
+from bldsimp.model import Mesh, Scene
 from bldsimp.tolerance import spacing
 
 

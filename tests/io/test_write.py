@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from batch_runs import leftover
+from batch_runs import leave_file
 from shapes import (
     FAR,
     Gltf,
@@ -24,7 +24,7 @@ from shapes import (
     write,
 )
 
-from bldsimp import Options, OutputError, Scene, simplify_scene
+from bldsimp import Options, OutputError
 from bldsimp.cli import main
 from bldsimp.inspection import count_defects
 from bldsimp.io import WRITABLE, Written, read
@@ -33,7 +33,8 @@ from bldsimp.io.atomic import ABANDONED_SECONDS, clear_leftovers, replace_files
 from bldsimp.io.flat_mesh import FlatMesh, apply_uv_maps
 from bldsimp.io.single_precision import choose_origin, measure_rounding
 from bldsimp.material import Material, UvMap
-from bldsimp.model import Attribute, Part
+from bldsimp.model import Attribute, Part, Scene
+from bldsimp.scene import simplify_scene
 from bldsimp.tolerance import transform_points
 
 
@@ -310,12 +311,12 @@ class TestTarget:
 
     def test_clearing_up_removes_what_a_killed_process_left(self, tmp_path: Path) -> None:
         mine = write(tmp_path / ".bldsimp-mine.tmp", b"")
-        leftover(tmp_path)
+        leave_file(tmp_path)
         clear_leftovers(tmp_path)
         assert list(tmp_path.iterdir()) == [mine]
 
     def test_what_another_machine_writes_is_left_until_it_is_old(self, tmp_path: Path) -> None:
-        left = leftover(tmp_path)
+        left = leave_file(tmp_path)
         _, _, process, end = left.name.split("-")
         there = left.rename(left.with_name(f".bldsimp-00000000-{process}-{end}"))
         clear_leftovers(tmp_path)

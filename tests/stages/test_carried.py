@@ -12,12 +12,13 @@ from painted import ROOF, WALL, check_uv, side_areas, values
 from shapes import fine_box, stl_bytes, write
 from textured_shapes import textured_shape
 
-from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp import Options, Tolerance
 from bldsimp.inspection import count_defects
 from bldsimp.io import FileScene, Written, read
 from bldsimp.io import write as write_scene
 from bldsimp.io.warnings import describe_attribute
 from bldsimp.model import Mesh
+from bldsimp.scene import simplify_scene
 
 LIBRARY = "# by hand\nnewmtl wall\nKd 1 1 1\nmap_Kd wall.png\nillum 2\nnewmtl roof\nKd 1 1 1\nmap_Kd roof.png\n"
 

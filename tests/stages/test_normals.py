@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from shapes import box, fine_box, glb_parts, glb_values, obj_text, write
 
-from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp import Options, Tolerance
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.model import Mesh, Part, SimplifiedMesh
+from bldsimp.scene import simplify_scene
 from bldsimp.stages.normals import compute_face_normals, compute_smooth_normals, resolve_normals
 
 SIDES, HEIGHT = 24, 6

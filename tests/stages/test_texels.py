@@ -11,11 +11,12 @@ from quick import split_seeds
 from texels import INTERPOLATED, Dressed, displacement, dressed
 from textured_shapes import COLOURS, MAPS, PLACES, SOURCES, in_rows, planar, textured_shape, wall_of_face
 
-from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp import Options, Tolerance
 from bldsimp.io import read
 from bldsimp.model import Mesh, Scene, SimplifiedMesh
 from bldsimp.options import COLOR_TOLERANCE, TEXTURE_TOLERANCE
 from bldsimp.report import Report
+from bldsimp.scene import simplify_scene
 
 SEEDS = range(100)
 ROUNDED = 1e-4

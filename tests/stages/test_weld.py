@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from shapes import Gltf, fine_box, glb_parts, glb_values
 
-from bldsimp import Mesh, Options, Part, Report, Scene, SimplifiedMesh, Tolerance, _core, simplify_scene
+from bldsimp import Options, Report, Tolerance, _core
 from bldsimp.inspection import count_defects
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.model import Mesh, Part, Scene, SimplifiedMesh
+from bldsimp.scene import simplify_scene
 
 WELD = Options(weld=0.05, tolerance=Tolerance(0.1, "length"))
 

@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 from shapes import Gltf, fine_box, glb_parts
 
-from bldsimp import Options, Scene, simplify_scene
+from bldsimp import Options
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.model import Scene
 from bldsimp.options import DEFAULTS
+from bldsimp.scene import simplify_scene
 
 
 def decoder(package: str) -> Any:

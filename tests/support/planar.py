@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import oracle
 
-from bldsimp import Triangulation, triangulate
+from bldsimp import triangulate
+from bldsimp.triangulation import Triangulation
 
 SQUARE = [(0, 0), (4, 0), (4, 4), (0, 4)]
 

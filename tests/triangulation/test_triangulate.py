@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from planar import SQUARE, area, checked, ring, rings
 
-from bldsimp import InputError, InternalError, TopologyError, Triangulation, _core, triangulate
+from bldsimp import InputError, TopologyError, _core, triangulate
+from bldsimp.errors import InternalError
+from bldsimp.triangulation import Triangulation
 
 # Named shapes.
 

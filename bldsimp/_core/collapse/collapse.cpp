@@ -143,8 +143,9 @@ void collapse_block(const CollapseInput& input, const Remainder& now, Flags shar
   const auto label = select(input.label, sources);
   const auto pinned = select(input.pinned, sources);
   const auto stays = select(shared, block.points);
+  const auto fixed = input.fixed.empty() ? std::vector<std::uint8_t>{} : select(input.fixed, block.points);
   block.result = Collapser({points, surface, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
-                            input.decimals, input.single, input.progress})
+                            input.decimals, input.single, input.progress, fixed})
                      .run();
 }
 
@@ -230,7 +231,7 @@ CollapseResult collapse(const CollapseInput& input) {
   const std::vector<std::uint8_t> none(now.points.size(), 0);
   const RemainingSurface left{input.points,    surface,        bounded,      bounded_label, now.points,
                               now.faces,       label,          pinned,       none,          {},
-                              input.tolerance, input.decimals, input.single, input.progress};
+                              input.tolerance, input.decimals, input.single, input.progress, input.fixed};
   Collapser collapser(left);
   CollapseResult result = collapser.run();
   result.holder = collapser.holders();

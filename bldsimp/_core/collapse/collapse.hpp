@@ -26,6 +26,7 @@ struct CollapseInput {
   int decimals;        // that a moved point is rounded to; below 0 none moves
   bool single;         // whether a moved point is rounded to single precision after that
   Progress* progress;  // or none
+  Flags fixed = {};    // points that stay where they are; empty for none
 
   // What the tolerance counts from.
   Faces counting() const { return surface.first(surface.size() - static_cast<std::size_t>(fill_count)); }

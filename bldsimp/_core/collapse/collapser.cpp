@@ -110,7 +110,8 @@ bool Collapser::is_smooth(Index p) const {
 // proven.
 void Collapser::fix_points() {
   for (std::size_t p = 0; p < points_.size(); ++p)
-    fixed_[p] = input_.shared[p] || (!star_[p].empty() && !is_smooth(static_cast<Index>(p)));
+    fixed_[p] = input_.shared[p] || (!input_.fixed.empty() && input_.fixed[p]) ||
+                (!star_[p].empty() && !is_smooth(static_cast<Index>(p)));
   for (std::size_t f = 0; f < faces_.size(); ++f) {
     const bool stays =
         input_.pinned[distinct_.index[f]] || (distinct_.copy[f] >= 0 && input_.pinned[distinct_.copy[f]]);

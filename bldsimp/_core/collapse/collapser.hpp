@@ -31,6 +31,7 @@ struct RemainingSurface {
   int decimals;
   bool single;
   Progress* progress;
+  Flags fixed = {};  // points that stay where they are; empty for none
 };
 
 class Collapser {

@@ -12,11 +12,12 @@ import pytest
 from gltf_cases import light_of
 from shapes import Gltf, box, glb_parts, glb_values, triangle_set, write
 
-from bldsimp import InputError, Options, Tolerance, simplify_scene
-from bldsimp.compare.placement import surface_of
+from bldsimp import InputError, Options, Tolerance
+from bldsimp.compare.placement import place_scene
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.job import simplify_file
+from bldsimp.scene import simplify_scene
 from bldsimp.tolerance import diagonal, resolve_tolerance, spacing
 
 
@@ -114,7 +115,7 @@ class TestRead:
         scene = read(document.glb(), "glb")
         assert [len(mesh.transforms) for mesh in scene.meshes] == [1, 0]
         assert diagonal(scene) == pytest.approx(np.sqrt(12))
-        assert len(surface_of(scene).points) == 8
+        assert len(place_scene(scene).points) == 8
         # The one that is shown stays, however small.
         (shown, _), _ = simplify_scene(scene, Options(min_component=1000.0))
         assert len(shown.faces) == 12

@@ -10,11 +10,12 @@ import pytest
 from gltf_cases import add_picture, light_of, new_primitive, png
 from shapes import Gltf, fine_box, glb_parts, glb_values, write
 
-from bldsimp import Options, simplify_scene
+from bldsimp import Options
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.model import Attribute, Mesh, SimplifiedMesh
 from bldsimp.options import COLOR_LEVELS, CUSTOM_LEVELS, UNKNOWN_TEXELS
+from bldsimp.scene import simplify_scene
 
 
 def mesh_of(document: Gltf, *primitives: dict[str, Any], **more: Any) -> Mesh:

@@ -12,9 +12,10 @@ from gltf_scene import Contents
 from khronos import issues
 from shapes import box, fine_box, off_text, stl_bytes, write
 
-from bldsimp import Options, simplify_scene
+from bldsimp import Options
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.scene import simplify_scene
 
 DATA = ROOT / "data"
 

@@ -13,11 +13,12 @@ import pytest
 from gltf_cases import CASES, light_of, textured
 from shapes import Gltf, box, glb_parts
 
-from bldsimp import InputError, Options, OutputError, Tolerance, simplify_scene
+from bldsimp import InputError, Options, OutputError, Tolerance
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.io.gltf import patch as gltf_patch
 from bldsimp.options import DELIMITS
+from bldsimp.scene import simplify_scene
 
 
 def _spoilt(change) -> bytes:

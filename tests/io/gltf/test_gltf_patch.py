@@ -10,9 +10,10 @@ import pytest
 from gltf_cases import light_of
 from shapes import Gltf, box, fine_box, glb_parts, glb_values, write
 
-from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp import Options, Tolerance
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.scene import simplify_scene
 
 
 class TestPatch:

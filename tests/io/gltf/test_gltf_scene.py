@@ -13,10 +13,11 @@ from gltf_scene import Contents, scene_of
 from khronos import assert_no_new_issues
 from shapes import Gltf, box, write
 
-from bldsimp import Options, Report, simplify, simplify_scene
+from bldsimp import Options, Report, simplify
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.options import DEFAULTS
+from bldsimp.scene import simplify_scene
 
 MODELS = (
     "cesium_house-3-0.glb", "kaykit_building_H/building_H.gltf", "kenney_building-small-a.glb",
