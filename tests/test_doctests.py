@@ -11,8 +11,6 @@ import pytest
 import bldsimp
 
 MODULES = sorted(one.name for one in pkgutil.walk_packages(bldsimp.__path__, "bldsimp.") if "dask" not in one.name)
-    module.name for module in pkgutil.walk_packages(bldsimp.__path__, "bldsimp.") if "dask" not in module.name
-)
 
 
 @pytest.mark.parametrize("name", MODULES)
