@@ -16,11 +16,11 @@ from shapes import (
     box,
     box_quads,
     fine_box,
-    glb_parts,
     obj_text,
     off_text,
     open_cone,
     ply_bytes,
+    split_glb,
     write,
 )
 
@@ -165,13 +165,13 @@ class TestText:
     def test_obj_parts_keep_their_names_and_the_rest_of_their_state(self, tmp_path: Path) -> None:
         lines = obj_text(*fine_box()).splitlines()
         half = len(lines) - 192
-        lines[half:half] = ["mtllib colours.mtl", "o house", "g south wall", "usemtl brick", "s 1"]
+        lines[half:half] = ["mtllib colors.mtl", "o house", "g south wall", "usemtl brick", "s 1"]
         lines[half + 101 : half + 101] = ["usemtl tiles", "s off"]
         source = write(tmp_path / "in.obj", "\n".join(lines))
         light(source, tmp_path / "out.obj")
         said = [line for line in (tmp_path / "out.obj").read_text().splitlines() if line[0] not in "vf"]
         assert said == [
-            "mtllib colours.mtl", "o house", "g south wall", "usemtl brick", "s 1", "usemtl tiles", "s off",
+            "mtllib colors.mtl", "o house", "g south wall", "usemtl brick", "s 1", "usemtl tiles", "s off",
         ]  # fmt: skip
         assert [p.name for p in read(tmp_path / "out.obj", "obj").meshes[0].parts] == [
             p.name for p in read(source, "obj").meshes[0].parts
@@ -184,7 +184,7 @@ class TestText:
         light(write(tmp_path / "in.obj", b"\n".join(lines)), tmp_path / "out.obj")
         assert b"\no caf\xe9\nusemtl gr\xfcn\n" in (tmp_path / "out.obj").read_bytes()
         light(tmp_path / "in.obj", tmp_path / "out.glb")
-        material = glb_parts((tmp_path / "out.glb").read_bytes())[0]["materials"][0]
+        material = split_glb((tmp_path / "out.glb").read_bytes())[0]["materials"][0]
         assert material["name"] == "gr\ufffdn"
         assert material["pbrMetallicRoughness"]["baseColorFactor"] == [0, 1, 0, 1]
 
@@ -256,13 +256,13 @@ class TestOrigin:
 
 
 class TestConversion:
-    def test_obj_parts_become_primitives_with_names_and_colours(self, tmp_path: Path) -> None:
+    def test_obj_parts_become_primitives_with_names_and_colors(self, tmp_path: Path) -> None:
         lines = obj_text(*fine_box()).splitlines()
         lines[-192:-192] = ["mtllib m.mtl", "usemtl brick"]
         lines[-96:-96] = ["usemtl tiles"]
         write(tmp_path / "m.mtl", "newmtl brick\nKd 0.5 0.25 0\nnewmtl tiles\nKd 1 0 0\nd 0.5\n")
         light(write(tmp_path / "in.obj", "\n".join(lines)), tmp_path / "out.glb")
-        json_ = glb_parts((tmp_path / "out.glb").read_bytes())[0]
+        json_ = split_glb((tmp_path / "out.glb").read_bytes())[0]
         primitives = json_["meshes"][0]["primitives"]
         assert [p["extras"]["name"] for p in primitives] == ["brick", "tiles"]
         colors = [json_["materials"][p["material"]]["pbrMetallicRoughness"]["baseColorFactor"] for p in primitives]

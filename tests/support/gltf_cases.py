@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shapes import Gltf, fine_box, glb_parts
+from shapes import Gltf, fine_box, split_glb
 
 from bldsimp import Options
 from bldsimp.io import read
@@ -29,7 +29,7 @@ def decoder(package: str) -> Any:
 
 
 def png(width: int, height: int) -> bytes:
-    """A picture of one colour."""
+    """A picture of one color."""
     from PIL import Image
 
     stream = io.BytesIO()
@@ -57,7 +57,7 @@ def light_of(data: bytes, path: Path, options: Options = DEFAULTS) -> tuple[Scen
 
 
 def new_primitive(data: bytes, number: int = 0) -> dict[str, Any]:
-    primitive: dict[str, Any] = glb_parts(data)[0]["meshes"][0]["primitives"][number]
+    primitive: dict[str, Any] = split_glb(data)[0]["meshes"][0]["primitives"][number]
     return primitive
 
 

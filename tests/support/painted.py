@@ -1,7 +1,7 @@
-"""An over-sampled box that is textured, coloured and labelled, as files; and what must be found on it again.
+"""An over-sampled box that is textured, colored and labeled, as files; and what must be found on it again.
 
 Its six sides are islands in an atlas, so that each edge of the box is a seam. The two sides across x have an image of
-their own. Colours change evenly over the box.
+their own. Colors change evenly over the box.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def uv_of(corners: np.ndarray) -> np.ndarray:
 
 
 def color_of(points: np.ndarray) -> np.ndarray:
-    """Colours that points must have: levels of 255 on every point of the fine box."""
+    """Colors that points must have: levels of 255 on every point of the fine box."""
     return np.rint(points / SIZE * 4) * 51 / 255
 
 

@@ -89,7 +89,7 @@ def test_what_lets_light_through_is_blended(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("alpha", [255, 100])
-def test_colours_of_alpha_are_blended(alpha: int, tmp_path: Path) -> None:
+def test_colors_of_alpha_are_blended(alpha: int, tmp_path: Path) -> None:
     prop = "".join(f"property uchar {n}\n" for n in ("red", "green", "blue", "alpha"))
     source = write(tmp_path / "in.ply", grid_ply(prop, f"255 0 0 {alpha}", f"255 0 0 {alpha}"))
     [target] = converted(source, tmp_path / "out.glb")
@@ -100,7 +100,7 @@ def test_colours_of_alpha_are_blended(alpha: int, tmp_path: Path) -> None:
     assert not any(issues(target))
 
 
-def test_an_alpha_of_a_material_fades_colours_of_points(tmp_path: Path) -> None:
+def test_an_alpha_of_a_material_fades_colors_of_points(tmp_path: Path) -> None:
     points, faces = box()
     write(tmp_path / "a.mtl", "newmtl glass\nKd 0 1 0\nd 0.5\n")
     lines = ["mtllib a.mtl", *(f"v {x} {y} {z} 1 0 0" for x, y, z in points), "usemtl glass"]
