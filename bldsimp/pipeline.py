@@ -7,6 +7,7 @@ import hashlib
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,6 +142,7 @@ def _dump_input(mesh: Mesh, tolerance: float, options: Options) -> str:
     path = Path(folder, f"bldsimp-{hashlib.sha256(mesh.points.tobytes() + mesh.faces.tobytes()).hexdigest()[:12]}.npz")
     path.parent.mkdir(parents=True, exist_ok=True)
     parts = np.array([part.name for part in mesh.parts])
+    attributes: dict[str, Any] = {one.name: one.values for one in mesh.attributes}
     np.savez(
         path,
         points=mesh.points,
@@ -149,7 +151,7 @@ def _dump_input(mesh: Mesh, tolerance: float, options: Options) -> str:
         parts=parts,
         tolerance=tolerance,
         options=repr(options),
-        **{one.name: one.values for one in mesh.attributes},
+        **attributes,
     )
     return f"please report it with {path}"
 

@@ -16,7 +16,7 @@ from bldsimp.cli import main
 from bldsimp.report import OLD_NAMES, Report
 
 CHANGELOG = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").split("### Changed")[1].split("\n### ")[0]
-SQUARE = bldsimp.triangulate([[0, 0], [1, 0], [1, 1], [0, 1]])
+SQUARE = bldsimp.triangulate([[0, 0], [1, 0], [1, 1], [0, 1]], [])
 
 
 @pytest.mark.parametrize("old", _MOVED)
