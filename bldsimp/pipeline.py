@@ -141,18 +141,10 @@ def _dump_input(mesh: Mesh, tolerance: float, options: Options) -> str:
         return "please report it; BLDSIMP_DUMP=FOLDER writes the failing mesh to a folder"
     path = Path(folder, f"bldsimp-{hashlib.sha256(mesh.points.tobytes() + mesh.faces.tobytes()).hexdigest()[:12]}.npz")
     path.parent.mkdir(parents=True, exist_ok=True)
-    parts = np.array([part.name for part in mesh.parts])
-    attributes: dict[str, Any] = {one.name: one.values for one in mesh.attributes}
-    np.savez(
-        path,
-        points=mesh.points,
-        faces=mesh.faces,
-        part_of_face=mesh.part_of_face,
-        parts=parts,
-        tolerance=tolerance,
-        options=repr(options),
-        **attributes,
-    )
+    arrays: dict[str, Any] = {one.name: one.values for one in mesh.attributes}
+    arrays |= {"points": mesh.points, "faces": mesh.faces, "part_of_face": mesh.part_of_face}
+    arrays |= {"parts": [part.name for part in mesh.parts], "tolerance": tolerance, "options": repr(options)}
+    np.savez(path, **arrays)
     return f"please report it with {path}"
 
 

@@ -15,7 +15,7 @@ from .stages.collapse import CollapsedSurface
 from .stages.fallback import Layout
 from .stages.orient import OrientedFaces
 from .stages.planar import MergedSurface, map_facets
-from .stages.provenance import CornerRows, find_owners, place_rows, resolve_rows, tell_in_rows
+from .stages.provenance import ResolvedRows, find_owners, place_rows, resolve_rows, tell_in_rows
 from .stages.removal import Details, Dropped
 from .stages.weld import WeldedMesh
 from .triangulation import Statistics
@@ -103,7 +103,7 @@ class StageResults:
         The first of the welded mesh; the second, at a wide tolerance, of what edge collapses have left.
     details : Details or None
     collapsed : CollapsedSurface or None
-    corners : CornerRows or None
+    corners : ResolvedRows or None
         Of what edge collapses have left.
     """
 
@@ -113,7 +113,7 @@ class StageResults:
     merged: list[MergedSurface] = field(default_factory=list)
     details: Details | None = None
     collapsed: CollapsedSurface | None = None
-    corners: CornerRows | None = None
+    corners: ResolvedRows | None = None
 
     @property
     def deviation(self) -> float:
@@ -177,7 +177,7 @@ def compose_result(
     )
 
 
-def resolve_corners(mesh: Mesh, given: StageResults) -> CornerRows:
+def resolve_corners(mesh: Mesh, given: StageResults) -> ResolvedRows:
     """Find the rows that the corners of a surface read: of what edge collapses have left, else of the result."""
     welded, first, collapsed = given.welded, given.merged[0], given.collapsed
     part = mesh.part_of_face[welded.source]

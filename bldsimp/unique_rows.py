@@ -49,7 +49,7 @@ def find_unique_rows(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
     return first[order], rank[inverse]
 
 
-def assign_rows(
+def place_values(
     source: NDArray[np.integer[Any]], count: int, may_stay: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.integer[Any]], NDArray[np.integer[Any]]]:
     """Give each of some distinct values a row: the first of each source row keeps it, the others get new rows.
@@ -72,7 +72,7 @@ def assign_rows(
 
     Examples
     --------
-    >>> row, added = assign_rows(np.array([4, 7, 4]), 10)
+    >>> row, added = place_values(np.array([4, 7, 4]), 10)
     >>> row.tolist(), added.tolist()
     ([4, 7, 10], [4])
     """

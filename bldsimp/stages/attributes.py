@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..model import Attribute, Faces, Flags, Indices, Mesh, Points, SimplifiedMesh, Values, cast_indices
 from ..options import COLOR_TOLERANCE, Options
-from ..unique_rows import assign_rows, find_unique_rows
+from ..unique_rows import find_unique_rows, place_values
 from .facets import Limits, find_facets
 from .surface import Surface
 from .weld import WeldedMesh
@@ -196,7 +196,7 @@ class KeptAttributes:
             values[strange] = np.where(np.isnan(self._values[own]), np.nan, anew)
         # The first of a moved row's values stays in it; others get rows of their own.
         distinct, place = find_unique_rows(np.hstack([row[:, None], strange[:, None], values, names]))
-        target, added = assign_rows(row[distinct], len(result.row), ~strange[distinct])
+        target, added = place_values(row[distinct], len(result.row), ~strange[distinct])
         corners[chosen] = target[place]
         result.faces = corners.reshape(-1, 3)
         result.add_rows(added)

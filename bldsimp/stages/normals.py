@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..model import Faces, Mesh, Points, SimplifiedMesh, cast_indices
 from ..options import FLAT_NORMALS_DEGREES, Options
-from ..unique_rows import assign_rows, find_unique_rows, join_pairs
+from ..unique_rows import find_unique_rows, join_pairs, place_values
 
 Indices = NDArray[np.int64]
 Normals = NDArray[np.float64]
@@ -75,7 +75,7 @@ def _make_normals(
     pairs = np.stack([result.faces.reshape(-1), group], axis=1)
     first, inverse = find_unique_rows(pairs)
     source, own = pairs[first].T
-    row, added = assign_rows(source, len(result.points))
+    row, added = place_values(source, len(result.points))
     split = dataclasses.replace(result, faces=cast_indices(row[inverse].reshape(-1, 3)))
     split.add_rows(added)
     made = np.concatenate([stored, np.zeros((len(added), 3))])

@@ -12,7 +12,7 @@ from ..model import Indices, cast_indices, measure_box
 from .facets import FacetedSurface, Limits, derive_limits, find_facets
 from .fallback import Assembly, simplify_facets
 from .orient import orient
-from .provenance import CornerRows
+from .provenance import ResolvedRows
 from .surface import Surface
 
 
@@ -50,12 +50,12 @@ class MergedSurface:
         face_of_facet[self.facets.facet_of_face] = np.arange(len(self.surface.faces), dtype=np.int32)
         return face_of_facet[self.assembly.facet_of_triangle]
 
-    def trace_rows(self, corners: CornerRows) -> CornerRows:
+    def trace_rows(self, corners: ResolvedRows) -> ResolvedRows:
         """Return the rows of the triangles: each corner reads the least that a face of its facet reads there.
 
         Parameters
         ----------
-        corners : CornerRows
+        corners : ResolvedRows
             Of the faces of the surface.
         """
         count = len(self.surface.points)
@@ -63,7 +63,7 @@ class MergedSurface:
         order = np.lexsort((corners.rows.reshape(-1), key))
         sought = self.assembly.facet_of_triangle[:, None].astype(np.int64) * count + self.assembly.triangles
         corner = order[np.searchsorted(key[order], sought)]
-        return CornerRows(corners.rows.reshape(-1)[corner], corners.is_foreign.reshape(-1)[corner])
+        return ResolvedRows(corners.rows.reshape(-1)[corner], corners.is_foreign.reshape(-1)[corner])
 
     def take_result(self) -> Surface:
         """Return the result as a surface for the next stage."""
@@ -102,14 +102,14 @@ def merge_coplanar(surface: Surface, halfedges: _core.Halfedges, facets: _core.F
     return MergedSurface(surface, facets, simplify_facets(faceted, limits.tolerance, pinned), limits.slack)
 
 
-def merge_remaining(surface: Surface, corners: CornerRows, tolerance: float) -> MergedSurface:
+def merge_remaining(surface: Surface, corners: ResolvedRows, tolerance: float) -> MergedSurface:
     """Merge the coplanar faces of a surface that edge collapses have left.
 
     Parameters
     ----------
     surface : Surface
         Each of its points is used.
-    corners : CornerRows
+    corners : ResolvedRows
         Of its faces.
     tolerance : float
         Model units.

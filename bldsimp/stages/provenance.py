@@ -42,7 +42,7 @@ def find_owners(facet_of_face: Indices, label: Indices, part: Indices, unchanged
 
 
 @dataclass(frozen=True)
-class CornerRows:
+class ResolvedRows:
     """Which row of the mesh each corner of some triangles reads.
 
     Attributes
@@ -56,7 +56,7 @@ class CornerRows:
     is_foreign: NDArray[np.bool_]
 
 
-def resolve_rows(welded: WeldedMesh, triangles: Faces, facet: Indices, owners: Owners) -> CornerRows:
+def resolve_rows(welded: WeldedMesh, triangles: Faces, facet: Indices, owners: Owners) -> ResolvedRows:
     """Find the row of the mesh that each corner reads.
 
     Parameters
@@ -88,11 +88,11 @@ def resolve_rows(welded: WeldedMesh, triangles: Faces, facet: Indices, owners: O
     )
     is_foreign = np.zeros(3 * len(found), bool)
     is_foreign[foreign] = True
-    return CornerRows(found, is_foreign.reshape(-1, 3))
+    return ResolvedRows(found, is_foreign.reshape(-1, 3))
 
 
 def tell_in_rows(
-    mesh: Mesh, welded: WeldedMesh, corners: CornerRows, source: Indices, label: Indices, welded_label: Indices
+    mesh: Mesh, welded: WeldedMesh, corners: ResolvedRows, source: Indices, label: Indices, welded_label: Indices
 ) -> tuple[SimplifiedMesh, Indices, Indices]:
     """Tell a result in rows of the mesh; parts that are passed on keep their faces to the letter.
 
@@ -100,7 +100,7 @@ def tell_in_rows(
     ----------
     mesh : Mesh
     welded : WeldedMesh
-    corners : CornerRows
+    corners : ResolvedRows
     source : (k,) int32
         A face of the mesh that has the face attributes of each triangle.
     label : (k,) int32
