@@ -267,7 +267,7 @@ void run_all(int seed, int rounds, Make make) {
 }
 
 void boxes_with_windows() {
-  run_all(1, 12, [](Random& random, int round) {
+  run_all(1, 6, [](Random& random, int round) {
     Soup soup = shapes::block_with_windows(random, 3 + round % 3, 0.1, round % 4 ? 1 : 0.5);
     if (round % 2) shapes::rotate(soup, 0.1 * round);
     if (round % 5 == 0) shapes::add_noise(random, soup, 1e-3);
@@ -276,7 +276,7 @@ void boxes_with_windows() {
 }
 
 void noisy_sheets() {
-  run_all(2, 12, [](Random& random, int round) {
+  run_all(2, 6, [](Random& random, int round) {
     Soup soup = shapes::noisy_sheet(random, 8 + round % 5, round % 2 ? 0.01 : 0.15, 0.02 * (round % 4));
     // Flat ones have rims to thin; of two that are near each other none may come to cross the other.
     if (round % 3 == 1)
@@ -287,7 +287,7 @@ void noisy_sheets() {
 }
 
 void unions_that_share_edges() {
-  run_all(3, 8, [](Random& random, int round) {
+  run_all(3, 4, [](Random& random, int round) {
     Soup soup = shapes::block_with_windows(random, 4, 0.5, 1);
     const Vec3 shift{1.0 * (round % 3), 0.5 * (round % 2), 1};
     shapes::append(soup, shapes::block_with_windows(random, 3, 0.2, 1), shift);
@@ -297,7 +297,7 @@ void unions_that_share_edges() {
 }
 
 void needles_and_copies() {
-  run_all(4, 12, [](Random& random, int round) {
+  run_all(4, 6, [](Random& random, int round) {
     Soup soup = round % 2 ? shapes::block_with_windows(random, 3, 0.1, 0.9) : shapes::noisy_sheet(random, 9, 1e-3, 0);
     shapes::add_needles(random, soup, 12, round % 3 ? 1e-4 : 0);
     shapes::add_copies(random, soup, 6);
