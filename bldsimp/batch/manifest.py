@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
-from itertools import chain
 from typing import TypeAlias
 
 from filelock import FileLock, Timeout
@@ -50,12 +49,14 @@ def read_manifest(text: str) -> Iterator[FileRow]:
         Where it cannot be read.
     """
     if is_url(text):
-        return RemoteManifest(text).rows()
+        yield from RemoteManifest(text).rows()
+        return
     try:
-        stream = open(strip_scheme(text), "rb")  # noqa: SIM115  # closed when its last line has been read
+        with open(strip_scheme(text), "rb") as stream:
+            for line in stream:
+                yield from _parse_row(line)
     except OSError as error:
         raise InputError(f"{text}: cannot be read: {error.strerror}") from None
-    return chain.from_iterable(map(_parse_row, stream))
 
 
 class LocalManifest:
