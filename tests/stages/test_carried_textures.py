@@ -12,9 +12,10 @@ from PIL import Image
 from shapes import Gltf, fine_box, split_glb, write
 from test_carried import LIBRARY, check_textures, mesh_of, simplify_to, write_house
 
-from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp import Options, Tolerance
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.scene import simplify_scene
 
 
 @pytest.fixture
