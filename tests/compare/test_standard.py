@@ -13,7 +13,7 @@ import solids
 from quick import LARGE_MODELS, defer
 from random_shapes import random_shape
 from solids import Shape
-from test_models import MODELS, SLOW_WHEN_ROUGH, scene_of
+from test_models import MODELS, SLOW_WHEN_ROUGH, read_scene
 
 from bldsimp import _core
 from bldsimp.compare.placement import place_scene
@@ -307,7 +307,7 @@ def test_every_instance_of_a_mesh_is_there() -> None:
 
 def compare_methods(path: Path, tolerance: Tolerance) -> None:
     """The standard method's points and edges beside the improved method's."""
-    scene = scene_of(path)
+    scene = read_scene(path)
     options = Options(tolerance=tolerance, delimit=frozenset())
     results, _ = simplify_meshes(scene, options, keep_layout=True)
     standard = build_standard_surface(scene, results)
