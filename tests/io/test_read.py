@@ -31,21 +31,21 @@ from bldsimp.model import Mesh, Scene
 from bldsimp.tolerance import spacing
 
 
-def mesh_of(content: str | bytes, format_: str) -> Mesh:
-    scene = scene_of(content, format_)
+def read_mesh(content: str | bytes, format_: str) -> Mesh:
+    scene = read_scene(content, format_)
     assert len(scene.meshes) == 1
     return scene.meshes[0]
 
 
-def scene_of(content: str | bytes, format_: str) -> Scene:
+def read_scene(content: str | bytes, format_: str) -> Scene:
     return read(content.encode() if isinstance(content, str) else content, format_)
 
 
-def values_of(mesh: Mesh, name: str) -> np.ndarray:
+def find_values(mesh: Mesh, name: str) -> np.ndarray:
     return next(one.values for one in mesh.attributes if one.name == name)
 
 
-def area(mesh: Mesh) -> float:
+def measure_area(mesh: Mesh) -> float:
     a, b, c = (mesh.points[mesh.faces[:, i]] for i in range(3))
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
@@ -64,7 +64,7 @@ def test_the_same_box_from_every_format(format_: str, shift: float) -> None:
         "stl": ("stl", stl_text(points, faces)),
     }
     suffix, content = files[format_]
-    mesh = mesh_of(content, suffix)
+    mesh = read_mesh(content, suffix)
     assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
     assert count_defects(mesh.points, mesh.faces).watertight
     assert mesh.single  # all coordinates are whole numbers below 2**24
@@ -73,15 +73,15 @@ def test_the_same_box_from_every_format(format_: str, shift: float) -> None:
 @pytest.mark.parametrize("write_as", [obj_text, off_text, ply_bytes])
 def test_polygons_keep_their_area_and_winding(write_as) -> None:
     points, quads = box_quads()
-    mesh = mesh_of(write_as(points, quads), {obj_text: "obj", off_text: "off", ply_bytes: "ply"}[write_as])
+    mesh = read_mesh(write_as(points, quads), {obj_text: "obj", off_text: "off", ply_bytes: "ply"}[write_as])
     assert len(mesh.faces) == 12
-    assert area(mesh) == pytest.approx(24.0)
+    assert measure_area(mesh) == pytest.approx(24.0)
     assert count_defects(mesh.points, mesh.faces).watertight
 
 
 def test_a_concave_polygon_is_not_cut_as_a_fan() -> None:
-    mesh = mesh_of(concave_polygon_obj(), "obj")
-    assert area(mesh) == pytest.approx(3.0)  # the fan from its first corner has more
+    mesh = read_mesh(concave_polygon_obj(), "obj")
+    assert measure_area(mesh) == pytest.approx(3.0)  # the fan from its first corner has more
     assert len(mesh.faces) == 2
 
 
@@ -89,8 +89,8 @@ def test_ply_with_triangles_and_quads_mixed() -> None:
     points, quads = box_quads()
     polygons = [quads[0][:3], (quads[0][0], *quads[0][2:]), *quads[1:]]
     for encoding in ("ascii", "binary_little_endian", "binary_big_endian"):
-        mesh = mesh_of(ply_bytes(points, polygons, encoding=encoding), "ply")
-        assert area(mesh) == pytest.approx(24.0)
+        mesh = read_mesh(ply_bytes(points, polygons, encoding=encoding), "ply")
+        assert measure_area(mesh) == pytest.approx(24.0)
         assert len(mesh.faces) == 12
 
 
@@ -102,7 +102,7 @@ class TestObj:
         lines[15:15] = ["g roof"]
         lines[18:18] = ["usemtl tiles"]
         lines[20:20] = ["g walls front", "usemtl brick"]
-        mesh = mesh_of("\n".join(lines), "obj")
+        mesh = read_mesh("\n".join(lines), "obj")
         assert [part.name for part in mesh.parts] == [
             "house / walls front / brick", "house / roof / brick", "house / roof / tiles",
         ]  # fmt: skip
@@ -111,7 +111,7 @@ class TestObj:
 
     def test_negative_indices_count_back_from_the_face(self) -> None:
         text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -1 -2\n"
-        mesh = mesh_of(text, "obj")
+        mesh = read_mesh(text, "obj")
         assert triangle_set(mesh.points, mesh.faces) == {
             ((0, 0, 0), (1, 0, 0), (0, 1, 0)), ((0, 0, 0), (0, 0, 1), (0, 1, 0)),
         }  # fmt: skip
@@ -119,52 +119,52 @@ class TestObj:
     def test_lines_go_on_after_a_backslash(self) -> None:
         points, faces = box()
         text = obj_text(points, faces)
-        assert triangle_set(*_arrays(text.replace(" ", " \\\n ", 40))) == triangle_set(points, faces)
+        assert triangle_set(*read_arrays(text.replace(" ", " \\\n ", 40))) == triangle_set(points, faces)
 
     def test_windows_line_ends_tabs_and_comments(self) -> None:
         points, faces = box()
         text = obj_text(points, faces).replace("\n", "\r\n").replace("v ", "v\t") + "# done\r\n"
-        assert triangle_set(*_arrays(text)) == triangle_set(points, faces)
+        assert triangle_set(*read_arrays(text)) == triangle_set(points, faces)
 
     def test_a_byte_order_mark_and_bare_carriage_returns(self) -> None:
         points, faces = box()
-        mesh = mesh_of(b"\xef\xbb\xbf" + obj_text(points, faces).replace("\n", "\r").encode(), "obj")
+        mesh = read_mesh(b"\xef\xbb\xbf" + obj_text(points, faces).replace("\n", "\r").encode(), "obj")
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
 
     def test_faces_of_two_corners_are_left_out_and_told(self) -> None:
-        scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2//\nf 1// 2// 3//\nf 1 1 2\n", "obj")
+        scene = read_scene("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2//\nf 1// 2// 3//\nf 1 1 2\n", "obj")
         assert len(scene.meshes[0].faces) == 1
         assert scene.warnings == ["removed 2 faces with fewer than three distinct corners"]
 
     def test_corner_forms_may_differ_within_a_file(self) -> None:
         text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1 2 3\nf 1//1 2//1 3//1\nf 1/1 3/1/1 4\n"
-        mesh = mesh_of(text, "obj")
+        mesh = read_mesh(text, "obj")
         assert len(mesh.faces) == 3
         assert mesh.parts[0].attributes == ("TEXCOORD_0",)
         assert mesh.normals is not None
         assert not mesh.normals[mesh.faces[0]].any()
         assert mesh.normals[mesh.faces[1]].tolist() == [[0, 0, 1]] * 3
 
-    def test_colours_that_are_no_numbers_are_left_out_and_told(self) -> None:
+    def test_colors_that_are_no_numbers_are_left_out_and_told(self) -> None:
         points, faces = box()
         text = "".join(
             line + (" 0.5 nan 1" if line.startswith("v ") else "") + "\n"
             for line in obj_text(points, faces).splitlines()
         )
-        scene = scene_of(text, "obj")
+        scene = read_scene(text, "obj")
         mesh = scene.meshes[0]
         assert mesh.parts[0].attributes == ()
         assert scene.warnings == ["ignored the colors of 8 OBJ points, which are no numbers"]
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
 
     def test_short_normals_and_texture_coordinates_are_filled_up(self) -> None:
-        mesh = mesh_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvn 0 1\nf 1/1/1 2/1/1 3/1/1\n", "obj")
+        mesh = read_mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvn 0 1\nf 1/1/1 2/1/1 3/1/1\n", "obj")
         assert mesh.normals is not None
         assert mesh.normals.tolist() == [[0, 1, 0]] * 3
-        assert values_of(mesh, "TEXCOORD_0").tolist() == [[0.5, 0]] * 3
+        assert find_values(mesh, "TEXCOORD_0").tolist() == [[0.5, 0]] * 3
 
     def test_lines_and_curves_are_told(self) -> None:
-        scene = scene_of("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nl 2 3\n", "obj")
+        scene = read_scene("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 2\nl 2 3\n", "obj")
         assert scene.warnings == ["ignored 2 OBJ lines that start with 'l'"]
 
     def test_what_it_names_is_told_and_no_image_is_read_twice(self, tmp_path: Path, monkeypatch) -> None:
@@ -186,13 +186,13 @@ class TestObj:
         assert sorted(opened) == sorted({*opened})
 
 
-def _arrays(text: str) -> tuple[np.ndarray, np.ndarray]:
-    mesh = mesh_of(text, "obj")
+def read_arrays(text: str) -> tuple[np.ndarray, np.ndarray]:
+    mesh = read_mesh(text, "obj")
     return mesh.points, mesh.faces
 
 
 class TestAttributes:
-    def test_ply_colours_and_normals(self) -> None:
+    def test_ply_colors_and_normals(self) -> None:
         points, faces = box()
         head = "ply\nformat ascii 1.0\nelement vertex 8\n"
         head += "".join(f"property float {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
@@ -200,25 +200,25 @@ class TestAttributes:
         head += "element face 12\nproperty list uchar int vertex_indices\nend_header\n"
         body = "".join(f"{x} {y} {z} 0 0 1 255 0 {i}\n" for i, (x, y, z) in enumerate(points))
         body += "".join(f"3 {a} {b} {c}\n" for a, b, c in faces)
-        mesh = mesh_of(head + body, "ply")
+        mesh = read_mesh(head + body, "ply")
         assert mesh.parts[0].attributes == ("COLOR_0",)
         assert mesh.normals is not None
         assert mesh.normals.tolist() == [[0, 0, 1]] * 8
-        assert values_of(mesh, "COLOR_0")[3].tolist() == [1.0, 0.0, 3 / 255]
+        assert find_values(mesh, "COLOR_0")[3].tolist() == [1.0, 0.0, 3 / 255]
 
-    def test_off_with_normals_and_with_colours(self) -> None:
+    def test_off_with_normals_and_with_colors(self) -> None:
         text = "NOFF # a comment\n\n3 1 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n"
-        mesh = mesh_of(text, "off")
+        mesh = read_mesh(text, "off")
         assert mesh.normals is not None
         assert mesh.parts[0].attributes == ()
-        colored = mesh_of("COFF\n3 1 0\n0 0 0 9 9 9 255\n1 0 0 9 9 9 255\n0 1 0 9 9 9 255\n3 0 1 2\n", "off")
+        colored = read_mesh("COFF\n3 1 0\n0 0 0 9 9 9 255\n1 0 0 9 9 9 255\n0 1 0 9 9 9 255\n3 0 1 2\n", "off")
         assert colored.parts[0].attributes == ("COLOR_0",)
-        faced = mesh_of("OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n", "off")
+        faced = read_mesh("OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n", "off")
         assert faced.parts[0].attributes == ("FACE_COLOR_0",)
 
     def test_stl_solids_are_parts_of_one_mesh(self) -> None:
         points, faces = box()
-        mesh = mesh_of(stl_text(points, faces[:6], "left") + stl_text(points, faces[6:], "right"), "stl")
+        mesh = read_mesh(stl_text(points, faces[:6], "left") + stl_text(points, faces[6:], "right"), "stl")
         assert [part.name for part in mesh.parts] == ["left", "right"]
         assert np.bincount(mesh.part_of_face).tolist() == [6, 6]
         assert count_defects(mesh.points, mesh.faces).watertight
@@ -228,29 +228,29 @@ class TestNumberFormat:
     def test_six_written_decimals_are_rounding(self) -> None:
         points, faces = open_cone()
         rounded = np.round(points + 3.0, 6)
-        mesh = mesh_of(obj_text(rounded, faces), "obj")
+        mesh = read_mesh(obj_text(rounded, faces), "obj")
         assert (mesh.single, mesh.rounding) == (False, 5e-7)
         assert spacing(mesh) == 1e-6
 
     def test_few_digits_are_exact(self) -> None:
         points, faces = box(size=0.3)
-        mesh = mesh_of(obj_text(points, faces), "obj")
+        mesh = read_mesh(obj_text(points, faces), "obj")
         assert (mesh.single, mesh.rounding) == (False, 0.0)
         assert spacing(mesh) == np.spacing(0.3)
 
     def test_trailing_zeros_are_no_digits(self) -> None:
-        mesh = mesh_of("v 0.300000 0 0\nv 1.100000 0 0\nv 0 1.700000 0\nf 1 2 3\n", "obj")
+        mesh = read_mesh("v 0.300000 0 0\nv 1.100000 0 0\nv 0 1.700000 0\nf 1 2 3\n", "obj")
         assert mesh.rounding == 0.0
 
     def test_binary_single(self) -> None:
         points, faces = open_cone()
-        mesh = mesh_of(ply_bytes(points + 500_000.0, faces), "ply")
+        mesh = read_mesh(ply_bytes(points + 500_000.0, faces), "ply")
         assert mesh.single
         assert spacing(mesh) == 2.0**-5
 
     def test_unused_points_do_not_count(self) -> None:
         points, faces = box()
-        mesh = mesh_of(obj_text(np.vstack([points, [[1e30, 0.1, np.nan]]]), faces), "obj")
+        mesh = read_mesh(obj_text(np.vstack([points, [[1e30, 0.1, np.nan]]]), faces), "obj")
         assert mesh.single
         assert spacing(mesh) == 2.0**-22
 
@@ -291,7 +291,7 @@ BROKEN = {
 def test_broken_files_are_refused_in_one_line(case: str) -> None:
     format_, content, told = BROKEN[case]
     with pytest.raises(InputError, match=told) as caught:
-        scene_of(content, format_)
+        read_scene(content, format_)
     assert str(caught.value).startswith("standard input: ")
     assert "\n" not in str(caught.value)
 
@@ -325,7 +325,7 @@ def test_points_that_are_not_finite_are_named_up_to_ten() -> None:
     points, faces = fine_box()
     points[:12, 1] = np.inf
     with pytest.raises(InputError, match=r"12 points .* 0, 1, 2, 3, 4, 5, 6, 7, 8, 9 \.\.\."):
-        scene_of(obj_text(points, faces), "obj")
+        read_scene(obj_text(points, faces), "obj")
 
 
 def test_missing_file_and_directory(tmp_path: Path) -> None:

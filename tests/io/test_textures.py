@@ -24,7 +24,7 @@ WRITTEN: dict[str, tuple[str, dict[str, Any]]] = {
 }
 
 
-def written(name: str, size: tuple[int, int]) -> bytes:
+def write_image(name: str, size: tuple[int, int]) -> bytes:
     """An image as Pillow writes it."""
     from PIL import Image
 
@@ -37,12 +37,12 @@ def written(name: str, size: tuple[int, int]) -> bytes:
 @pytest.mark.parametrize("name", WRITTEN)
 def test_the_size_is_what_was_written(name: str) -> None:
     for size in (SIZE, SIZE[::-1], (1, 1)):
-        assert read_image_size(written(name, size)) == size
+        assert read_image_size(write_image(name, size)) == size
 
 
 @pytest.mark.parametrize("name", WRITTEN)
 def test_a_header_that_is_cut_off_has_no_size(name: str) -> None:
-    data = written(name, SIZE)
+    data = write_image(name, SIZE)
     found = [read_image_size(data[:length]) for length in range(min(len(data), 900))]
     assert found[0] is None
     assert set(found) <= {None, SIZE}

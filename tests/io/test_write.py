@@ -38,24 +38,24 @@ from bldsimp.scene import simplify_scene
 from bldsimp.tolerance import transform_points
 
 
-def light(source: Path, target: Path, options: Options | None = None) -> Written:
+def convert(source: Path, target: Path, options: Options | None = None) -> Written:
     """Simplify a file into another."""
     scene = read(source, source.suffix[1:])
-    lights, _ = simplify_scene(scene, options or Options())
-    return write_scene(scene, lights, target, target.suffix[1:], options or Options())
+    results, _ = simplify_scene(scene, options or Options())
+    return write_scene(scene, results, target, target.suffix[1:], options or Options())
 
 
-def world_points(path: Path) -> np.ndarray:
+def read_points(path: Path) -> np.ndarray:
     """Points that a face uses, in world space."""
     mesh = read(path, path.suffix[1:]).meshes[0]
     return transform_points(mesh.points[np.unique(mesh.faces)], mesh.transforms[0])
 
 
-def as_set(points: np.ndarray) -> set[tuple[float, ...]]:
+def make_set(points: np.ndarray) -> set[tuple[float, ...]]:
     return {tuple(row) for row in np.asarray(points, float).tolist()}
 
 
-def rotated(points: np.ndarray) -> np.ndarray:
+def rotate(points: np.ndarray) -> np.ndarray:
     """Points turned about a skew axis, so that no coordinate is a round number."""
     axis = np.array([0.2, 0.3, 1.0])
     axis /= np.linalg.norm(axis)
@@ -67,16 +67,16 @@ def rotated(points: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("suffix", WRITABLE)
 def test_map_coordinates_survive_in_every_format(tmp_path: Path, suffix: str, shift: float) -> None:
     points, faces = open_cone(7)
-    points = rotated(points) + shift
+    points = rotate(points) + shift
     source = write(tmp_path / "in.obj", obj_text(points, faces))
     target = tmp_path / f"out.{suffix}"
-    written = light(source, target)
-    after = np.unique(world_points(target), axis=0)
+    written = convert(source, target)
+    after = np.unique(read_points(target), axis=0)
     distance = np.linalg.norm(points[:, None] - after[None], axis=2).min(axis=1)
     assert distance.max() <= written.rounding
     if suffix in ("obj", "off", "ply"):
         assert written.rounding == 0.0
-        assert as_set(after) == as_set(points)
+        assert make_set(after) == make_set(points)
     elif suffix in ("glb", "gltf"):
         assert 0.0 < written.rounding < 2e-7  # single precision about an origin near the model
         assert len(after) == 8
@@ -88,25 +88,25 @@ def test_map_coordinates_survive_in_every_format(tmp_path: Path, suffix: str, sh
 @pytest.mark.parametrize("suffix", WRITABLE)
 def test_same_format_gives_identical_numbers(tmp_path: Path, suffix: str, shift: float) -> None:
     points, faces = open_cone(7)
-    start = write(tmp_path / "start.ply", ply_bytes(rotated(points) + shift, faces))
+    start = write(tmp_path / "start.ply", ply_bytes(rotate(points) + shift, faces))
     first, second = tmp_path / f"first.{suffix}", tmp_path / f"second.{suffix}"
-    light(start, first)
-    written = light(first, second)
+    convert(start, first)
+    written = convert(first, second)
     assert written.rounding == 0.0
-    assert as_set(world_points(second)) == as_set(world_points(first))
+    assert make_set(read_points(second)) == make_set(read_points(first))
 
 
 @pytest.mark.parametrize("suffix", WRITABLE)
 def test_a_fine_box_comes_out_as_a_box(tmp_path: Path, suffix: str) -> None:
     source = write(tmp_path / "in.obj", obj_text(*fine_box()))
-    light(source, tmp_path / f"out.{suffix}")
+    convert(source, tmp_path / f"out.{suffix}")
     mesh = read(tmp_path / f"out.{suffix}", suffix).meshes[0]
     surface = count_defects(mesh.points, mesh.faces)
     assert (surface.points, surface.triangles, surface.watertight) == (8, 12, True)
-    assert as_set(mesh.points) == as_set(box()[0])
+    assert make_set(mesh.points) == make_set(box()[0])
 
 
-def two_boxes(shift: float, gap: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
+def make_two_boxes(shift: float, gap: float = 0.1) -> tuple[np.ndarray, np.ndarray]:
     """Two closed boxes a gap apart: on the map, singles are half a unit apart."""
     points, faces = fine_box()
     both = np.vstack([points, points + np.array([2.0 + gap, 0.0, 0.0])])
@@ -119,7 +119,7 @@ class TestCounts:
     @pytest.mark.parametrize("suffix", WRITABLE)
     @pytest.mark.parametrize("shift", [0.0, 5_000_000.0])
     def test_what_is_reported_is_what_is_read_back(self, tmp_path: Path, suffix: str, shift: float) -> None:
-        source = write(tmp_path / "in.obj", obj_text(*two_boxes(shift)))
+        source = write(tmp_path / "in.obj", obj_text(*make_two_boxes(shift)))
         target = tmp_path / f"out.{suffix}"
         report_path = tmp_path / "report.json"
         assert main(["simplify", str(source), str(target), "--report", str(report_path), "-q"]) == 0
@@ -133,21 +133,21 @@ class TestCounts:
         assert after["watertight"] is not fallen
 
     def test_points_that_fall_together_are_told(self, tmp_path: Path) -> None:
-        written = light(write(tmp_path / "in.obj", obj_text(*two_boxes(5e6))), tmp_path / "out.stl")
+        written = convert(write(tmp_path / "in.obj", obj_text(*make_two_boxes(5e6))), tmp_path / "out.stl")
         assert written.warnings[0] == (
             "the single precision of STL merged 4 points: 12 are left, with 0 open and 5 non-manifold edges"
         )
 
     def test_of_instances_the_worst_counts_once(self, tmp_path: Path) -> None:
         document = Gltf()
-        points, faces = two_boxes(0.0)
+        points, faces = make_two_boxes(0.0)
         number = document.mesh(
             {"attributes": {"POSITION": document.accessor(points)},
              "indices": document.accessor(faces.reshape(-1), "u2")}
         )  # fmt: skip
         document.json["nodes"].append({"mesh": number, "translation": [5e6, 5e6, 5e6]})
         document.json["scenes"][0]["nodes"].append(1)
-        written = light(write(tmp_path / "in.glb", document.glb()), tmp_path / "out.stl")
+        written = convert(write(tmp_path / "in.glb", document.glb()), tmp_path / "out.stl")
         assert written.after is not None
         assert (written.after.points, written.after.watertight) == (12, False)
 
@@ -156,7 +156,7 @@ class TestText:
     def test_shortest_digits_that_read_back_exactly(self, tmp_path: Path) -> None:
         points, faces = open_cone(7)
         for suffix, text in (("obj", obj_text), ("off", off_text)):
-            light(write(tmp_path / f"in.{suffix}", text(rotated(points), faces)), tmp_path / f"out.{suffix}")
+            convert(write(tmp_path / f"in.{suffix}", text(rotate(points), faces)), tmp_path / f"out.{suffix}")
             words = (tmp_path / f"out.{suffix}").read_text().split()
             decimals = [word for word in words if "." in word]
             assert len(decimals) == 24
@@ -165,13 +165,13 @@ class TestText:
     def test_obj_parts_keep_their_names_and_the_rest_of_their_state(self, tmp_path: Path) -> None:
         lines = obj_text(*fine_box()).splitlines()
         half = len(lines) - 192
-        lines[half:half] = ["mtllib colours.mtl", "o house", "g south wall", "usemtl brick", "s 1"]
+        lines[half:half] = ["mtllib colors.mtl", "o house", "g south wall", "usemtl brick", "s 1"]
         lines[half + 101 : half + 101] = ["usemtl tiles", "s off"]
         source = write(tmp_path / "in.obj", "\n".join(lines))
-        light(source, tmp_path / "out.obj")
+        convert(source, tmp_path / "out.obj")
         said = [line for line in (tmp_path / "out.obj").read_text().splitlines() if line[0] not in "vf"]
         assert said == [
-            "mtllib colours.mtl", "o house", "g south wall", "usemtl brick", "s 1", "usemtl tiles", "s off",
+            "mtllib colors.mtl", "o house", "g south wall", "usemtl brick", "s 1", "usemtl tiles", "s off",
         ]  # fmt: skip
         assert [p.name for p in read(tmp_path / "out.obj", "obj").meshes[0].parts] == [
             p.name for p in read(source, "obj").meshes[0].parts
@@ -181,9 +181,9 @@ class TestText:
         lines = obj_text(*fine_box()).encode().splitlines()
         lines[-192:-192] = [b"mtllib m.mtl", b"o caf\xe9", b"usemtl gr\xfcn"]
         write(tmp_path / "m.mtl", b"newmtl gr\xfcn\nKd 0 1 0\n")
-        light(write(tmp_path / "in.obj", b"\n".join(lines)), tmp_path / "out.obj")
+        convert(write(tmp_path / "in.obj", b"\n".join(lines)), tmp_path / "out.obj")
         assert b"\no caf\xe9\nusemtl gr\xfcn\n" in (tmp_path / "out.obj").read_bytes()
-        light(tmp_path / "in.obj", tmp_path / "out.glb")
+        convert(tmp_path / "in.obj", tmp_path / "out.glb")
         material = glb_parts((tmp_path / "out.glb").read_bytes())[0]["materials"][0]
         assert material["name"] == "gr\ufffdn"
         assert material["pbrMetallicRoughness"]["baseColorFactor"] == [0, 1, 0, 1]
@@ -193,33 +193,33 @@ class TestPly:
     def test_single_stays_single_and_double_double(self, tmp_path: Path) -> None:
         points, faces = open_cone(7)
         for kind in ("float", "double"):
-            source = write(tmp_path / "in.ply", ply_bytes(rotated(points), faces, kind=kind))
-            light(source, tmp_path / "out.ply")
+            source = write(tmp_path / "in.ply", ply_bytes(rotate(points), faces, kind=kind))
+            convert(source, tmp_path / "out.ply")
             assert f"property {kind} x".encode() in (tmp_path / "out.ply").read_bytes()
 
     def test_doubles_of_another_format_become_single_where_that_moves_nothing(self, tmp_path: Path) -> None:
         for scale, kind in ((1.0, b"float"), (1 / 3, b"double")):
             points, faces = box()
-            light(write(tmp_path / "in.obj", obj_text(points * scale, faces)), tmp_path / "out.ply")
+            convert(write(tmp_path / "in.obj", obj_text(points * scale, faces)), tmp_path / "out.ply")
             assert b"property " + kind + b" x" in (tmp_path / "out.ply").read_bytes()
 
     def test_text_stays_text_with_all_its_digits(self, tmp_path: Path) -> None:
         points, faces = open_cone(7)
-        points = rotated(points) + 500_000.0
+        points = rotate(points) + 500_000.0
         source = write(tmp_path / "in.ply", ply_bytes(points, faces, encoding="ascii"))
-        light(source, tmp_path / "out.ply")
+        convert(source, tmp_path / "out.ply")
         assert b"format ascii" in (tmp_path / "out.ply").read_bytes()
-        assert as_set(world_points(tmp_path / "out.ply")) == as_set(points)
+        assert make_set(read_points(tmp_path / "out.ply")) == make_set(points)
 
 
 class TestOrigin:
     def test_no_origin_where_nothing_is_gained(self) -> None:
         points, _ = open_cone(7)
-        assert not choose_origin(rotated(points)).any()
+        assert not choose_origin(rotate(points)).any()
         assert not choose_origin(box(shift=5_000_000.0)[0]).any()
 
     def test_the_origin_is_single_and_moving_is_exact(self) -> None:
-        points = rotated(open_cone(7)[0]) + np.array([678_100.25, 5_403_790.5, 310.0])
+        points = rotate(open_cone(7)[0]) + np.array([678_100.25, 5_403_790.5, 310.0])
         origin = choose_origin(points)
         assert np.array_equal(origin.astype(np.float32).astype(float), origin)
         assert np.array_equal((points - origin) + origin, points)
@@ -229,7 +229,7 @@ class TestOrigin:
     def test_rounding_is_never_below_the_truth(self) -> None:
         from fractions import Fraction
 
-        points = rotated(open_cone(7)[0]) + 5_000_000.0
+        points = rotate(open_cone(7)[0]) + 5_000_000.0
         origin = np.array([0.1, 4_999_999.7, 0.0])
         kept = (points - origin).astype(np.float32)
         told = Fraction(measure_rounding(points, origin))
@@ -246,9 +246,9 @@ class TestOrigin:
         document.json["nodes"].append({"mesh": number})
         document.json["scenes"][0]["nodes"].append(1)
         source = write(tmp_path / "in.glb", document.glb())
-        written = light(source, tmp_path / "out.obj")
+        written = convert(source, tmp_path / "out.obj")
         mesh = read(tmp_path / "out.obj", "obj").meshes[0]
-        assert as_set(mesh.points) == as_set(np.vstack([box()[0], box()[0] * [-1, 1, 1] + [10, 0, 0]]))
+        assert make_set(mesh.points) == make_set(np.vstack([box()[0], box()[0] * [-1, 1, 1] + [10, 0, 0]]))
         a, b, c = (mesh.points[mesh.faces[:, i]] for i in range(3))
         volume = float((a * np.cross(b, c)).sum() / 6)
         assert volume == pytest.approx(16.0)  # the mirrored one is turned, so that both face outwards
@@ -256,12 +256,12 @@ class TestOrigin:
 
 
 class TestConversion:
-    def test_obj_parts_become_primitives_with_names_and_colours(self, tmp_path: Path) -> None:
+    def test_obj_parts_become_primitives_with_names_and_colors(self, tmp_path: Path) -> None:
         lines = obj_text(*fine_box()).splitlines()
         lines[-192:-192] = ["mtllib m.mtl", "usemtl brick"]
         lines[-96:-96] = ["usemtl tiles"]
         write(tmp_path / "m.mtl", "newmtl brick\nKd 0.5 0.25 0\nnewmtl tiles\nKd 1 0 0\nd 0.5\n")
-        light(write(tmp_path / "in.obj", "\n".join(lines)), tmp_path / "out.glb")
+        convert(write(tmp_path / "in.obj", "\n".join(lines)), tmp_path / "out.glb")
         json_ = glb_parts((tmp_path / "out.glb").read_bytes())[0]
         primitives = json_["meshes"][0]["primitives"]
         assert [p["extras"]["name"] for p in primitives] == ["brick", "tiles"]
@@ -272,7 +272,7 @@ class TestConversion:
     @pytest.mark.parametrize("suffix", ["off", "stl"])
     def test_what_a_format_cannot_hold_is_named(self, tmp_path: Path, suffix: str) -> None:
         text = "v 0 0 0\nv 2 0 0\nv 2 2 0\nvt 0 0\nusemtl photo\nf 1/1 2/1 3/1\n"
-        written = light(write(tmp_path / "in.obj", text), tmp_path / f"out.{suffix}")
+        written = convert(write(tmp_path / "in.obj", text), tmp_path / f"out.{suffix}")
         assert any("texture coordinates: lost" in warning for warning in written.warnings)
 
 
@@ -337,20 +337,20 @@ class TestTarget:
 
     def test_a_pipe_gets_the_same_bytes_as_a_file(self, tmp_path: Path) -> None:
         scene: Scene = read(obj_text(*fine_box()).encode(), "obj")
-        lights, _ = simplify_scene(scene, Options())
+        results, _ = simplify_scene(scene, Options())
         for suffix in WRITABLE:
             stream = io.BytesIO()
-            write_scene(scene, lights, stream, suffix, Options())
-            write_scene(scene, lights, tmp_path / f"out.{suffix}", suffix, Options())
+            write_scene(scene, results, stream, suffix, Options())
+            write_scene(scene, results, tmp_path / f"out.{suffix}", suffix, Options())
             if suffix != "gltf":  # whose buffer goes inside on a pipe
                 assert stream.getvalue() == (tmp_path / f"out.{suffix}").read_bytes()
 
     def test_files_beside_the_target_are_not_replaced_unasked(self, tmp_path: Path) -> None:
         scene = read(obj_text(*fine_box()).encode(), "obj")
-        lights, _ = simplify_scene(scene, Options())
+        results, _ = simplify_scene(scene, Options())
         write(tmp_path / "out.bin", b"something else")
         with pytest.raises(OutputError, match="overwrite"):
-            write_scene(scene, lights, tmp_path / "out.gltf", "gltf", Options(), overwrite=False)
+            write_scene(scene, results, tmp_path / "out.gltf", "gltf", Options(), overwrite=False)
         assert (tmp_path / "out.bin").read_bytes() == b"something else"
         assert not (tmp_path / "out.gltf").exists()
 
@@ -378,14 +378,14 @@ def test_an_obj_file_that_becomes_no_lighter_is_written_as_it_is(tmp_path: Path)
     points, quads = box_quads()
     quads = [square[::-1] for square in quads]
     source = write(tmp_path / "in.obj", "# ours\n" + obj_text(points, quads))
-    written = light(source, tmp_path / "out.obj")
+    written = convert(source, tmp_path / "out.obj")
     assert (tmp_path / "out.obj").read_bytes() == source.read_bytes()
     assert written.bytes == source.stat().st_size
-    assert light(source, tmp_path / "smooth.obj", Options(normals="smooth")).bytes > written.bytes
+    assert convert(source, tmp_path / "smooth.obj", Options(normals="smooth")).bytes > written.bytes
     write(source, obj_text(points * 1e90, quads))
-    light(source, tmp_path / "far.obj")
+    convert(source, tmp_path / "far.obj")
     assert (tmp_path / "far.obj").read_bytes() == source.read_bytes()
     # One face looks inwards: it is turned.
     write(source, obj_text(points, [quads[0][::-1], *quads[1:]]))
-    light(source, tmp_path / "out.obj")
+    convert(source, tmp_path / "out.obj")
     assert (tmp_path / "out.obj").read_bytes() != source.read_bytes()

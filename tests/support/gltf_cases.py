@@ -1,4 +1,4 @@
-"""glTF documents that tests make, and what becomes of them."""
+"""Make glTF documents for tests, and simplify them."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from bldsimp.options import DEFAULTS
 from bldsimp.scene import simplify_scene
 
 
-def decoder(package: str) -> Any:
-    """A package that packs and unpacks glTF; skips the test where it is not installed, and need not be."""
+def import_decoder(package: str) -> Any:
+    """Import a package that packs and decodes glTF; skip the test if it is missing and not required."""
     if os.environ.get("BLDSIMP_NEED_DECODERS") == "1":
         return importlib.import_module(package)
     return pytest.importorskip(package)
 
 
 def png(width: int, height: int) -> bytes:
-    """A picture of one colour."""
+    """Return an image of one color."""
     from PIL import Image
 
     stream = io.BytesIO()
@@ -38,7 +38,7 @@ def png(width: int, height: int) -> bytes:
 
 
 def add_picture(document: Gltf, data: bytes) -> int:
-    """A texture of an embedded image."""
+    """Add a texture of an embedded image; return its number."""
     json_ = document.json
     document.data += b"\0" * (-len(document.data) % 4)
     json_["bufferViews"].append({"buffer": 0, "byteOffset": len(document.data), "byteLength": len(data)})
@@ -48,11 +48,11 @@ def add_picture(document: Gltf, data: bytes) -> int:
     return len(json_["textures"]) - 1
 
 
-def light_of(data: bytes, path: Path, options: Options = DEFAULTS) -> tuple[Scene, bytes]:
-    """Simplify a GLB and give back what was written."""
+def simplify_glb(data: bytes, path: Path, options: Options = DEFAULTS) -> tuple[Scene, bytes]:
+    """Simplify a GLB; return the scene as read, and what was written."""
     scene = read(data, "glb")
-    lights, _ = simplify_scene(scene, options)
-    write_scene(scene, lights, path, "glb", options)
+    results, _ = simplify_scene(scene, options)
+    write_scene(scene, results, path, "glb", options)
     return scene, path.read_bytes()
 
 
@@ -62,25 +62,25 @@ def new_primitive(data: bytes, number: int = 0) -> dict[str, Any]:
 
 
 def bounded(document: Gltf, points: np.ndarray, kind: str = "f4", **extra: Any) -> int:
-    """An accessor of positions, with the bounds that the format asks for."""
+    """Add an accessor of positions, with the bounds that the format asks for."""
     bounds = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
     return document.accessor(points, kind, **bounds, **extra)
 
 
 def flat_map(points: np.ndarray) -> np.ndarray:
-    """Texture coordinates that are one affine map all over."""
+    """Return texture coordinates that are one affine map everywhere."""
     return points @ np.array([[0.25, 0.0], [0.125, 0.25], [0.0, 0.125]])
 
 
 def fine(document: Gltf, *, shift: float = 0.0, **attributes: int) -> dict[str, Any]:
-    """A primitive that is a fine box, valid in every respect."""
+    """Make a primitive that is a fine box, valid in every respect."""
     points, faces = fine_box(shift=shift)
     indices = document.accessor(faces.reshape(-1), "u2")
     return {"attributes": {"POSITION": bounded(document, points), **attributes}, "indices": indices}
 
 
 def textured(document: Gltf, count: int = 1, *, shift: float = 0.0, **more: Any) -> dict[str, Any]:
-    """A fine box with UV sets, in a material whose textures read all of them."""
+    """Make a fine box with UV sets, in a material whose textures read all of them."""
     picture = add_picture(document, png(32, 16))
     uv = document.accessor(flat_map(fine_box()[0]))
     slots = ("emissiveTexture", "occlusionTexture")[: count - 1]
@@ -92,7 +92,7 @@ def textured(document: Gltf, count: int = 1, *, shift: float = 0.0, **more: Any)
 
 
 def used(document: Gltf, *names: str, **root: Any) -> None:
-    """Say that extensions are used, and what the document holds of them."""
+    """Declare extensions as used, with their members at the root."""
     document.json["extensionsUsed"] = [*document.json.get("extensionsUsed", []), *names]
     if root:
         document.json["extensions"] = root
@@ -286,4 +286,4 @@ CASES: dict[str, Callable[[], Gltf]] = {
         variants, features, tangents, transformed, bent,
     )
 }  # fmt: skip
-"""A document for each feature that has to come out as it went in."""
+"""A document for each feature that must stay unchanged."""

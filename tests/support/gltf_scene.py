@@ -1,6 +1,6 @@
-"""A glTF document as a scene to compare: every number of an accessor, view or image replaced by what it stands for.
+"""Read a glTF document as a scene to compare: every number of an accessor, view or image is replaced by its value.
 
-Read the plain way, by the format's rules, and not by the program that is tested.
+This reader follows the rules of the format, and shares nothing with the program that is tested.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ class Contents:
         self.buffers = [self.uri(e["uri"]) if "uri" in e else binary for e in self.json.get("buffers", [])]
 
     def uri(self, uri: str) -> bytes:
-        """What a URI stands for."""
+        """Return the bytes that a URI names."""
         if uri.startswith("data:"):
             return base64.b64decode(uri.partition(",")[2])
         path = self.folder / unquote(uri)
         return path.read_bytes() if path.exists() else b"not there"
 
     def view(self, number: int) -> bytes:
-        """Bytes of a buffer view."""
+        """Return the bytes of a buffer view."""
         view = self.json["bufferViews"][number]
         start = view.get("byteOffset", 0)
         return self.buffers[view["buffer"]][start : start + view["byteLength"]]
 
     def values(self, number: int) -> np.ndarray:
-        """Values of an accessor as they are stored."""
+        """Return the values of an accessor as they are stored."""
         entry = self.json["accessors"][number]
         kind, width = np.dtype(_KINDS[entry["componentType"]]), _WIDTHS[entry["type"]]
         rows = np.zeros((entry["count"], width), kind)
@@ -60,8 +60,8 @@ class Contents:
         return rows
 
 
-def scene_of(path: Path) -> dict[str, Any]:
-    """All of a document; vertices and indices of primitives as `read_primitive` returns them."""
+def read_gltf_scene(path: Path) -> dict[str, Any]:
+    """Return all of a document, with primitives as `read_primitive` returns them."""
     found = Contents(path)
     scene = copy.deepcopy(found.json)
     for key in ("accessors", "bufferViews", "buffers"):
@@ -94,7 +94,7 @@ def list_holders(scene: dict[str, Any]) -> Iterator[tuple[dict[str, Any], list[s
 
 
 def read_primitive(found: Contents, one: dict[str, Any]) -> dict[str, Any]:
-    """A primitive with the values that its corners read instead of accessors."""
+    """Return a primitive with the values that its corners read instead of accessors."""
     one = copy.deepcopy(one)
     entries = found.json["accessors"]
     count = entries[one["attributes"]["POSITION"]]["count"]

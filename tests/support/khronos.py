@@ -1,4 +1,4 @@
-"""The Khronos glTF validator, where node and its npm package are installed."""
+"""Run the Khronos glTF validator, if node and its npm package are installed."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ import pytest
 SCRIPT = Path(__file__).with_name("validate_gltf.js")
 
 
-def issues(*files: Path) -> list[Counter[str]]:
-    """Codes of the errors and warnings of each file; skips the test where the validator is missing."""
+def list_issues(*files: Path) -> list[Counter[str]]:
+    """List the codes of the errors and warnings of each file; skip the test if the validator is missing."""
     node = shutil.which("node")
     run = node and subprocess.run([node, str(SCRIPT), *map(str, files)], capture_output=True, text=True)
     if not run or run.returncode == 3:
@@ -28,7 +28,7 @@ def issues(*files: Path) -> list[Counter[str]]:
 
 
 def assert_no_new_issues(before: Path, *after: Path) -> None:
-    """Files have no error and no warning that the first has not, as often or more often."""
-    old, *new = issues(before, *after)
+    """Check that no file has an error or warning more often than the first has."""
+    old, *new = list_issues(before, *after)
     for path, found in zip(after, new, strict=True):
         assert not found - old, f"{path.name}: {dict(found - old)}"

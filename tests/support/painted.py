@@ -1,7 +1,7 @@
-"""An over-sampled box that is textured, coloured and labelled, as files; and what must be found on it again.
+"""Make an over-sampled box that is textured, colored and labeled, as files; and check that a result still is.
 
 Its six sides are islands in an atlas, so that each edge of the box is a seam. The two sides across x have an image of
-their own. Colours change evenly over the box.
+their own. Colors change evenly over the box.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ IMAGE = Image.new("RGB", (64, 32), (200, 90, 40))
 
 
 def png(width: int, height: int) -> bytes:
-    """The first bytes of an image, which tell its size."""
+    """Return the first bytes of an image, which state its size."""
     return b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + struct.pack(">II", width, height) + b"\x08\x02\0\0\0 pixels"
 
 
@@ -28,7 +28,7 @@ WALL, ROOF = png(512, 256), png(64, 64)
 
 
 def side_of(corners: np.ndarray) -> np.ndarray:
-    """Side of each face, 0 to 5, from its corners (m, 3, 3): axis, and whether it is the far one."""
+    """Return the side of each face, 0 to 5, from its corners (m, 3, 3): twice the axis, plus 1 for the far one."""
     flat = [(np.all(corners[:, :, axis] == value, axis=1)) for axis in range(3) for value in (0.0, SIZE)]
     found = np.argmax(flat, axis=0)
     assert np.all(np.any(flat, axis=0))
@@ -36,7 +36,7 @@ def side_of(corners: np.ndarray) -> np.ndarray:
 
 
 def uv_of(corners: np.ndarray) -> np.ndarray:
-    """UV that corners of faces must have, (m, 3, 2): every number is one of single precision."""
+    """Return the UV that corners of faces must have, (m, 3, 2), in numbers of single precision."""
     side = side_of(corners)
     axis = side // 2
     u = np.take_along_axis(corners, ((axis + 1) % 3)[:, None, None].repeat(3, axis=1), axis=2)[:, :, 0]
@@ -45,17 +45,17 @@ def uv_of(corners: np.ndarray) -> np.ndarray:
 
 
 def color_of(points: np.ndarray) -> np.ndarray:
-    """Colours that points must have: levels of 255 on every point of the fine box."""
+    """Return the colors that points must have: levels of 255 on every point of the fine box."""
     return np.rint(points / SIZE * 4) * 51 / 255
 
 
 def material_of_side(side: np.ndarray) -> np.ndarray:
-    """1 for the sides across x, which are of the other material."""
+    """Return 1 for the sides across x, which have the other material, else 0."""
     return (side < 2).astype(int)
 
 
 def obj(names: tuple[str, str] = ("wall", "roof"), library: str = "m.mtl", colors: bool = False) -> str:
-    """The box as an OBJ file."""
+    """Return the box as an OBJ file."""
     points, faces = fine_box()
     uv = uv_of(points[faces]).reshape(-1, 2)
     distinct, index = np.unique(uv, axis=0, return_inverse=True)
@@ -76,25 +76,25 @@ def obj(names: tuple[str, str] = ("wall", "roof"), library: str = "m.mtl", color
 
 
 def values(mesh: Mesh, name: str) -> np.ndarray:
-    """An attribute of a mesh."""
+    """Return the values of an attribute of a mesh."""
     return next(one.values for one in mesh.attributes if one.name == name)
 
 
 def check_uv(mesh: Mesh) -> None:
-    """All corners of a mesh have the UV of their side and place, exactly."""
+    """Check that all corners of a mesh have the UV of their side and place, exactly."""
     corners = mesh.points[mesh.faces]
     assert np.array_equal(values(mesh, "TEXCOORD_0")[mesh.faces], uv_of(corners))
 
 
 def side_areas(mesh: Mesh, chosen: np.ndarray) -> list[float]:
-    """Area on each of the six sides of some faces."""
+    """Return the area of some faces on each of the six sides."""
     corners = mesh.points[mesh.faces[chosen]]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     return np.bincount(side_of(corners), area, 6).tolist()
 
 
 def textured() -> trimesh.Trimesh:
-    """The painted box, its points repeated at seams."""
+    """Return the painted box, its points repeated at seams."""
     points, faces = fine_box()
     corners = points[faces]
     rows = np.hstack([corners.reshape(-1, 3), uv_of(corners).reshape(-1, 2)])

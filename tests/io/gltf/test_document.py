@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gltf_cases import light_of
+from gltf_cases import simplify_glb
 from shapes import Gltf, box, glb_parts, glb_values, triangle_set, write
 
 from bldsimp import InputError, Options, Tolerance
@@ -142,9 +142,9 @@ def test_half_a_letter_in_a_name_can_be_written(tmp_path: Path, suffix: str) -> 
     document.mesh({**document.box(), "material": 0}, name="\ud800")
     document.json["materials"] = [{"name": "\udc00"}]
     scene = read(document.glb(), "glb")
-    lights, _ = simplify_scene(scene, Options())
+    results, _ = simplify_scene(scene, Options())
     target = tmp_path / f"out.{suffix}"
-    write_scene(scene, lights, target, suffix, Options())
+    write_scene(scene, results, target, suffix, Options())
     assert len(read(target, suffix).meshes[0].faces) == 12
 
 
@@ -187,9 +187,9 @@ class TestBeside:
         folder = tmp_path / "in"
         folder.mkdir()
         scene = read(write(folder / "box.gltf", document.gltf()), "gltf")
-        lights, _ = simplify_scene(scene, Options())
+        results, _ = simplify_scene(scene, Options())
         for suffix in ("glb", "obj"):
-            written = write_scene(scene, lights, folder / f"out.{suffix}", suffix, Options())
+            written = write_scene(scene, results, folder / f"out.{suffix}", suffix, Options())
             assert any("'../secret.png' is not a file beneath" in text for text in written.warnings)
         assert not any(b"PNG secret" in path.read_bytes() for path in folder.iterdir())
 
@@ -216,8 +216,8 @@ def test_work_grows_with_the_meshes_and_not_with_their_square() -> None:
         sys.setprofile(count_one)
         try:
             scene = read(data, "glb")
-            lights, _ = simplify_scene(scene, Options())
-            write_scene(scene, lights, io.BytesIO(), "glb", Options())
+            results, _ = simplify_scene(scene, Options())
+            write_scene(scene, results, io.BytesIO(), "glb", Options())
         finally:
             sys.setprofile(None)
         return told
@@ -239,7 +239,7 @@ class TestNormals:
         return document
 
     def test_face_normals_are_dropped_and_the_points_shared(self, shaded: Gltf, tmp_path: Path) -> None:
-        _, after = light_of(shaded.glb(), tmp_path / "out.glb")
+        _, after = simplify_glb(shaded.glb(), tmp_path / "out.glb")
         primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
         assert set(primitive["attributes"]) == {"POSITION"}
         assert len(glb_values(after, primitive["attributes"]["POSITION"])) == 8
@@ -248,21 +248,21 @@ class TestNormals:
         view = shaded.json["bufferViews"][1]
         tilted = np.tile(np.array([[0.6, 0.0, 0.8]], "<f4"), (36, 1))
         shaded.data[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] = tilted.tobytes()
-        _, after = light_of(shaded.glb(), tmp_path / "out.glb")
+        _, after = simplify_glb(shaded.glb(), tmp_path / "out.glb")
         primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
         normals = glb_values(after, primitive["attributes"]["NORMAL"])
         # The box is wound inwards: where a normal agrees with that, it turns as the faces do.
         assert np.all(np.abs(normals) == tilted[0])
 
     def test_smooth_normals_point_out_of_the_corners(self, shaded: Gltf, tmp_path: Path) -> None:
-        _, after = light_of(shaded.glb(), tmp_path / "out.glb", Options(normals="smooth", crease_angle=180.0))
+        _, after = simplify_glb(shaded.glb(), tmp_path / "out.glb", Options(normals="smooth", crease_angle=180.0))
         attributes = glb_parts(after)[0]["meshes"][0]["primitives"][0]["attributes"]
         points, normals = glb_values(after, attributes["POSITION"]), glb_values(after, attributes["NORMAL"])
         assert np.allclose(normals, (points - 1.0) / np.sqrt(3.0), atol=1e-6)
 
     @pytest.mark.parametrize("choice", ["flat", "none"])
     def test_none_are_written_where_none_are_wanted(self, shaded: Gltf, tmp_path: Path, choice: str) -> None:
-        _, after = light_of(shaded.glb(), tmp_path / "out.glb", Options(normals=choice))
+        _, after = simplify_glb(shaded.glb(), tmp_path / "out.glb", Options(normals=choice))
         assert set(glb_parts(after)[0]["meshes"][0]["primitives"][0]["attributes"]) == {"POSITION"}
 
 

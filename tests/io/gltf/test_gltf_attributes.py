@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import add_picture, light_of, new_primitive, png
+from gltf_cases import add_picture, new_primitive, png, simplify_glb
 from shapes import Gltf, fine_box, glb_parts, glb_values, write
 
 from bldsimp import Options
@@ -18,16 +18,16 @@ from bldsimp.options import COLOR_LEVELS, CUSTOM_LEVELS, UNKNOWN_TEXELS
 from bldsimp.scene import simplify_scene
 
 
-def mesh_of(document: Gltf, *primitives: dict[str, Any], **more: Any) -> Mesh:
+def read_mesh(document: Gltf, *primitives: dict[str, Any], **more: Any) -> Mesh:
     document.mesh(*primitives, **more)
     return read(document.glb(), "glb").meshes[0]
 
 
-def attribute(mesh: Mesh, name: str) -> Attribute:
+def find_attribute(mesh: Mesh, name: str) -> Attribute:
     return next(one for one in mesh.attributes if one.name == name)
 
 
-def _typed(document: Gltf, numbers: int, kind: str) -> int:
+def add_typed(document: Gltf, numbers: int, kind: str) -> int:
     """An accessor of 98 elements, whatever an element is."""
     number = document.accessor(np.arange(numbers) / 100.0)
     document.json["accessors"][number].update(count=98, type=kind)
@@ -44,7 +44,7 @@ class TestRead:
         names |= {"COLOR_1": document.accessor(np.ones((98, 4)))}
         names |= {"_FEATURE_ID_0": document.accessor(np.full(98, 7.0)), "_BATCHID": document.accessor(np.full(98, 3.0))}
         names |= {"_HEAT": document.accessor(points[:, :1] * -5.0), "TANGENT": document.accessor(np.ones((98, 4)))}
-        mesh = mesh_of(document, document.box(fine=True, **names))
+        mesh = read_mesh(document, document.box(fine=True, **names))
         kinds = {one.name: (one.kind, one.values.shape[1]) for one in mesh.attributes}
         assert kinds == {
             "TEXCOORD_0": ("uv", 2), "TEXCOORD_1": ("uv", 2), "COLOR_0": ("color", 3), "COLOR_1": ("color", 4),
@@ -52,10 +52,10 @@ class TestRead:
             "TANGENT": ("tangent", 4),
         }  # fmt: skip
         upwards = np.stack([points[:, 0], 1.0 - points[:, 1]], axis=1)
-        assert np.array_equal(attribute(mesh, "TEXCOORD_0").values, upwards)
-        assert np.allclose(attribute(mesh, "COLOR_0").values, 128 / 255)
-        assert attribute(mesh, "COLOR_0").steps.tolist() == [[COLOR_LEVELS] * 3]
-        assert attribute(mesh, "_HEAT").steps.tolist() == [[CUSTOM_LEVELS / 10.0]]
+        assert np.array_equal(find_attribute(mesh, "TEXCOORD_0").values, upwards)
+        assert np.allclose(find_attribute(mesh, "COLOR_0").values, 128 / 255)
+        assert find_attribute(mesh, "COLOR_0").steps.tolist() == [[COLOR_LEVELS] * 3]
+        assert find_attribute(mesh, "_HEAT").steps.tolist() == [[CUSTOM_LEVELS / 10.0]]
         assert mesh.parts[0].attributes == tuple(names)
         assert not mesh.parts[0].fixed
 
@@ -64,17 +64,17 @@ class TestRead:
         base = document.box(fine=True)
         second = document.accessor(np.zeros((98, 2)))
         other = {**base, "attributes": {**base["attributes"], "TEXCOORD_1": second}}
-        mesh = mesh_of(document, base, other, {**other})
+        mesh = read_mesh(document, base, other, {**other})
         assert len(mesh.points) == 2 * 98
-        values = attribute(mesh, "TEXCOORD_1").values
+        values = find_attribute(mesh, "TEXCOORD_1").values
         assert np.isnan(values[:98]).all()
         assert not np.isnan(values[98:]).any()
 
     def test_whole_numbers_of_our_own_name_something_unless_they_change_over_a_face(self) -> None:
         for values, kind in ((np.full(98, 4), "feature"), (np.arange(98), "color")):
             document = Gltf()
-            mesh = mesh_of(document, document.box(fine=True, _X=document.accessor(values, "u2")))
-            assert attribute(mesh, "_X").kind == kind
+            mesh = read_mesh(document, document.box(fine=True, _X=document.accessor(values, "u2")))
+            assert find_attribute(mesh, "_X").kind == kind
 
     def test_numbers_of_our_own_are_told_apart_as_in_other_formats(self, tmp_path: Path) -> None:
         """An infinite one says nothing about how large the others are."""
@@ -82,7 +82,7 @@ class TestRead:
         heat = points[:, 0] * 5.0
         heat[0] = np.inf
         document = Gltf()
-        ours = mesh_of(document, document.box(fine=True, _heat=document.accessor(heat)))
+        ours = read_mesh(document, document.box(fine=True, _heat=document.accessor(heat)))
         lines = [f"{x} {y} {z} {own}" for (x, y, z), own in zip(points.tolist(), heat.tolist(), strict=True)]
         lines += [f"3 {a} {b} {c}" for a, b, c in faces.tolist()]
         head = "ply\nformat ascii 1.0\nelement vertex 98\n"
@@ -90,7 +90,7 @@ class TestRead:
         head += "element face 192\nproperty list uchar int vertex_indices\nend_header\n"
         theirs = read(write(tmp_path / "in.ply", head + "\n".join(lines) + "\n"), "ply").meshes[0]
         for mesh in (ours, theirs):
-            one = attribute(mesh, "_heat")
+            one = find_attribute(mesh, "_heat")
             assert (one.kind, one.steps.tolist()) == ("color", [[CUSTOM_LEVELS / 10.0]])
 
     def test_quantized_and_sparse_texture_coordinates(self) -> None:
@@ -103,7 +103,7 @@ class TestRead:
                        "values": {"bufferView": views[1]}},
         })  # fmt: skip
         document.json["extensionsUsed"] = ["KHR_mesh_quantization"]
-        values = attribute(mesh_of(document, document.box(fine=True, TEXCOORD_0=2)), "TEXCOORD_0").values
+        values = find_attribute(read_mesh(document, document.box(fine=True, TEXCOORD_0=2)), "TEXCOORD_0").values
         assert values[[0, 3, 5]].tolist() == [[0, 1], [1, 1], [0, 0]]
 
     @pytest.mark.parametrize(
@@ -121,10 +121,10 @@ class TestRead:
                 lambda p, d: p["attributes"].update(_X=d.accessor(np.zeros((97, 1)))),
                 "_X of another length than its positions",
             ),
-            (lambda p, d: p["attributes"].update(_X=_typed(d, 98 * 4, "MAT2")), "_X of type MAT2"),
-            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98, "SCALAR")), "TEXCOORD_0 of type SCALAR"),
-            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98 * 3, "VEC3")), "TEXCOORD_0 of type VEC3"),
-            (lambda p, d: p["attributes"].update(TEXCOORD_0=_typed(d, 98 * 4, "VEC4")), "TEXCOORD_0 of type VEC4"),
+            (lambda p, d: p["attributes"].update(_X=add_typed(d, 98 * 4, "MAT2")), "_X of type MAT2"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=add_typed(d, 98, "SCALAR")), "TEXCOORD_0 of type SCALAR"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=add_typed(d, 98 * 3, "VEC3")), "TEXCOORD_0 of type VEC3"),
+            (lambda p, d: p["attributes"].update(TEXCOORD_0=add_typed(d, 98 * 4, "VEC4")), "TEXCOORD_0 of type VEC4"),
             (
                 lambda p, d: d.json.update(
                     animations=[{"samplers": [], "channels": [{"sampler": 0, "target": {"node": 0, "path": "scale"}}]}]
@@ -149,7 +149,7 @@ class TestRead:
         document.json["materials"] = [{}, {"doubleSided": True}]
         plain, one, two = (document.box(shift=shift) for shift in (0.0, 9.0, 18.0))
         one["material"], two["material"] = 0, 1
-        assert [part.one_sided for part in mesh_of(document, plain, one, two).parts] == [True, True, False]
+        assert [part.one_sided for part in read_mesh(document, plain, one, two).parts] == [True, True, False]
 
 
 @pytest.mark.parametrize("fixed", [False, True])
@@ -161,7 +161,7 @@ def test_faces_without_area_are_no_obstacle(fixed: bool, tmp_path: Path) -> None
         flat["extensions"] = {"ACME_lines": {}}
     document.mesh(document.box(fine=True), name="house")
     document.mesh(flat, name="nothing")
-    _, after = light_of(document.glb(), tmp_path / "out.glb")
+    _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
     assert [mesh["name"] for mesh in glb_parts(after)[0]["meshes"]] == ["house", "nothing"][: 1 + fixed]
 
 
@@ -174,8 +174,8 @@ class TestTexels:
         assert (small, large) == (0, 1)
         sets = {key: document.accessor(np.zeros((98, 2))) for key in ("TEXCOORD_0", "TEXCOORD_1")}
         document.json["materials"] = [material, {"normalTexture": {"index": 1}}]
-        mesh = mesh_of(document, {**document.box(fine=True, **sets), "material": 0, **primitive})
-        return attribute(mesh, name).steps[0].tolist()
+        mesh = read_mesh(document, {**document.box(fine=True, **sets), "material": 0, **primitive})
+        return find_attribute(mesh, name).steps[0].tolist()
 
     def test_the_largest_image_that_reads_a_set_counts(self) -> None:
         material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
@@ -218,7 +218,7 @@ class TestTexels:
         document.mesh(*boxes)
         write(tmp_path / "a b.png", png(40, 20))
         scene = read(write(tmp_path / "a.gltf", document.gltf()), "gltf")
-        assert attribute(scene.meshes[0], "TEXCOORD_0").steps.tolist() == [[40, 20], [UNKNOWN_TEXELS] * 2]
+        assert find_attribute(scene.meshes[0], "TEXCOORD_0").steps.tolist() == [[40, 20], [UNKNOWN_TEXELS] * 2]
         assert scene.size == (tmp_path / "a.gltf").stat().st_size
 
 
@@ -238,7 +238,7 @@ class TestWrite:
         numbers = {name: document.accessor(values, kind, **more) for name, (values, kind, more) in stored.items()}
         document.mesh(document.box(fine=True, **numbers))
         data = document.glb()
-        _, after = light_of(data, tmp_path / "out.glb")
+        _, after = simplify_glb(data, tmp_path / "out.glb")
         primitive = new_primitive(after)
         assert set(primitive["attributes"]) == {"POSITION", *stored}
         rows = {tuple(row): i for i, row in enumerate(points.tolist())}
@@ -261,11 +261,11 @@ class TestWrite:
         names |= {"TEXCOORD_0": document.accessor(square[:, :2])}
         document.mesh({"attributes": {"POSITION": document.accessor(square), **names},
                        "indices": document.accessor(np.ravel(faces), "u2")})  # fmt: skip
-        _, after = light_of(document.glb(), tmp_path / "out.glb")
+        _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
         primitive = new_primitive(after)
         assert set(primitive["attributes"]) == {"POSITION", *names}
         assert glb_values(after, primitive["attributes"]["NORMAL"]).tolist() == [[0, 0, 1]] * 4
-        bare = light_of(document.glb(), tmp_path / "flat.glb", Options(normals="flat"))[1]
+        bare = simplify_glb(document.glb(), tmp_path / "flat.glb", Options(normals="flat"))[1]
         assert set(new_primitive(bare)["attributes"]) == {"POSITION", "TEXCOORD_0"}
 
     def test_changed_values_are_written_in_the_stored_type(self, tmp_path: Path) -> None:
@@ -277,7 +277,7 @@ class TestWrite:
         lights, _ = simplify_scene(scene, Options())
         mesh, one = scene.meshes[0], lights[0]
         added = len(one.points)
-        changed = attribute(mesh, "TEXCOORD_0").values[one.row]
+        changed = find_attribute(mesh, "TEXCOORD_0").values[one.row]
         changed = np.vstack([changed, [[0.25, 0.75]]])
         changed[one.faces[0, 1]] = 2.0
         # A row that was told apart, and values that no such number can hold.
@@ -305,7 +305,7 @@ class TestWrite:
             document = Gltf()
             names = {"POSITION": document.accessor(points[faces].reshape(-1, 3)), "COLOR_0": document.accessor(color)}
             document.mesh({"attributes": names})
-            _, after = light_of(document.glb(), tmp_path / "out.glb")
+            _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
             assert len(glb_values(after, new_primitive(after)["attributes"]["POSITION"])) == vertices
 
     def test_what_names_dropped_attributes_goes_with_them(self, tmp_path: Path) -> None:
@@ -323,10 +323,10 @@ class TestWrite:
         document.json["extensionsUsed"] = ["EXT_mesh_features", "KHR_materials_variants"]
         document.mesh(primitive)
         data = document.glb()
-        assert new_primitive(light_of(data, tmp_path / "all.glb")[1])["extensions"] == primitive["extensions"]
-        geometry = new_primitive(light_of(data, tmp_path / "none.glb", Options(delimit=frozenset()))[1])
+        assert new_primitive(simplify_glb(data, tmp_path / "all.glb")[1])["extensions"] == primitive["extensions"]
+        geometry = new_primitive(simplify_glb(data, tmp_path / "none.glb", Options(delimit=frozenset()))[1])
         assert set(geometry["attributes"]) == {"POSITION"}
         assert set(geometry["extensions"]) == {"KHR_materials_variants"}
         assert geometry["extensions"]["KHR_materials_variants"]["mappings"][0]["material"] == 1
-        mapped = new_primitive(light_of(data, tmp_path / "uv.glb", Options(delimit=frozenset({"uv"})))[1])
+        mapped = new_primitive(simplify_glb(data, tmp_path / "uv.glb", Options(delimit=frozenset({"uv"})))[1])
         assert mapped["extensions"]["EXT_mesh_features"]["featureIds"] == features["featureIds"][1:]

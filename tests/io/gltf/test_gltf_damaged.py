@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import CASES, light_of, textured
+from gltf_cases import CASES, simplify_glb, textured
 from shapes import Gltf, box, glb_parts
 
 from bldsimp import InputError, Options, OutputError, Tolerance
@@ -21,7 +21,7 @@ from bldsimp.options import DELIMITS
 from bldsimp.scene import simplify_scene
 
 
-def _spoilt(change) -> bytes:
+def spoil(change) -> bytes:
     document = Gltf()
     document.mesh(document.box())
     change(document)
@@ -81,7 +81,7 @@ BROKEN = {
     "an image of nothing": (lambda d: d.json.update(images=[{}]), "image 0 has neither"),
     "an image of a number": (lambda d: d.json.update(images=[{"uri": 7}]), "image 0 has neither"),
     "an image of no view": (lambda d: d.json.update(images=[{"bufferView": 9}]), "no entry 9"),
-    "a colour of words": (
+    "a color of words": (
         lambda d: (
             d.json["meshes"][0]["primitives"][0].update(material=0),
             d.json.update(materials=[{"pbrMetallicRoughness": {"baseColorFactor": ["red"] * 4}}]),
@@ -100,7 +100,7 @@ BROKEN = {
 def test_broken_documents_are_refused(case: str) -> None:
     change, told = BROKEN[case]
     with pytest.raises(InputError, match=told):
-        read(_spoilt(change), "glb")
+        read(spoil(change), "glb")
 
 
 @pytest.mark.filterwarnings("error")
@@ -126,10 +126,10 @@ def test_odd_scales_end_in_a_result_or_one_error(factor: float, tolerance: Toler
     ],
 )
 def test_what_no_mesh_uses_is_told_on_writing(change, told: str) -> None:
-    scene = read(_spoilt(change).replace(b"Infinity", b"1e400   "), "glb")
-    lights, _ = simplify_scene(scene, Options())
+    scene = read(spoil(change).replace(b"Infinity", b"1e400   "), "glb")
+    results, _ = simplify_scene(scene, Options())
     with pytest.raises(OutputError, match=told):
-        write_scene(scene, lights, io.BytesIO(), "glb", Options())
+        write_scene(scene, results, io.BytesIO(), "glb", Options())
 
 
 def test_a_bug_of_ours_is_not_told_as_damage(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -139,30 +139,30 @@ def test_a_bug_of_ours_is_not_told_as_damage(monkeypatch: pytest.MonkeyPatch) ->
     document = Gltf()
     document.mesh(document.box(fine=True))
     scene = read(document.glb(), "glb")
-    lights, _ = simplify_scene(scene, Options())
+    results, _ = simplify_scene(scene, Options())
     monkeypatch.setattr(gltf_patch, "replace_accessors", broken)
     with pytest.raises(KeyError, match="ours"):
-        write_scene(scene, lights, io.BytesIO(), "glb", Options())
+        write_scene(scene, results, io.BytesIO(), "glb", Options())
 
 
 WRONG = (None, -1, 10**9, 1.5, True, "x", [], [{}], {}, {"x": []})
 
 
-def places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+def list_places(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     """Where the members of JSON are."""
     members = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, member in members:
         yield (*path, key)
-        yield from places(member, (*path, key))
+        yield from list_places(member, (*path, key))
 
 
-def result_or_error(data: bytes, options: Options) -> bytes | str:
+def simplify_or_explain(data: bytes, options: Options) -> bytes | str:
     """A light GLB, or the one line that says why there is none."""
     target = io.BytesIO()
     try:
         scene = read(data, "glb")
-        lights, _ = simplify_scene(scene, options)
-        write_scene(scene, lights, target, "glb", options)
+        results, _ = simplify_scene(scene, options)
+        write_scene(scene, results, target, "glb", options)
     except (InputError, OutputError) as error:
         return str(error)
     return target.getvalue()
@@ -175,13 +175,13 @@ def test_whatever_stands_in_the_json_ends_in_a_result_or_one_error(case: str, wo
     document, options = CASES[case](), Options(delimit=frozenset(words))
     text, random = json.dumps(document.json), np.random.default_rng(0)
     written = 0
-    for path in places(json.loads(text)):
+    for path in list_places(json.loads(text)):
         document.json = json.loads(text)
         holder = document.json
         for key in path[:-1]:
             holder = holder[key]
         holder[path[-1]] = WRONG[random.integers(len(WRONG))]
-        found = result_or_error(document.glb(), options)
+        found = simplify_or_explain(document.glb(), options)
         if isinstance(found, str):
             assert "\n" not in found
         else:
@@ -199,7 +199,7 @@ def test_what_trims_a_view_takes_any_accessor(number: str, tmp_path: Path) -> No
     position["count"] = 98.0
     document.json["accessors"].append({**position, "componentType": 5130, number: 1})
     document.json["animations"] = [{"channels": [], "samplers": [{"input": 2, "output": 2}]}]
-    _, after = light_of(document.glb(), tmp_path / "out.glb")
+    _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
     json_, binary = glb_parts(after)
     odd = json_["accessors"][json_["animations"][0]["samplers"][0]["input"]]
     view = json_["bufferViews"][odd["bufferView"]]
@@ -216,7 +216,7 @@ def test_json_may_be_nested_as_deep_as_it_can_be_read(tmp_path: Path) -> None:
     document.mesh({**document.box(fine=True), "material": 0})
     document.json.update(materials=[{"extensions": {"ACME_deep": deep}}], extras=deep)
     for words in (DELIMITS, ()):
-        _, after = light_of(document.glb(), tmp_path / "out.glb", Options(delimit=frozenset(words)))
+        _, after = simplify_glb(document.glb(), tmp_path / "out.glb", Options(delimit=frozenset(words)))
         assert glb_parts(after)[0]["extras"] == deep
 
 
@@ -248,9 +248,9 @@ def test_no_data_uri_of_an_image_refuses_a_mesh(uri: str, told: int, suffix: str
     document.json["images"] = [{"uri": uri}]
     scene = read(document.gltf(), "gltf")
     assert [bool("image 0 cannot be decoded" in text) for text in scene.warnings] == [True] * told
-    lights, _ = simplify_scene(scene, Options())
+    results, _ = simplify_scene(scene, Options())
     target = tmp_path / f"out.{suffix}"
-    write_scene(scene, lights, target, suffix, Options())
+    write_scene(scene, results, target, suffix, Options())
     if suffix == "gltf":
         assert json.loads(target.read_bytes())["images"] == [{"uri": uri}]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_cases import decoder, fine, light_of, new_primitive
+from gltf_cases import fine, import_decoder, new_primitive, simplify_glb
 from khronos import assert_no_new_issues
 from shapes import Gltf, box, fine_box, glb_parts, glb_values, triangle_set, write
 
@@ -20,16 +20,16 @@ from bldsimp.io import read
 MESHOPT, DRACO = "EXT_meshopt_compression", "KHR_draco_mesh_compression"
 
 
-def glb(json_: dict[str, Any], data: bytes) -> bytes:
+def pack(json_: dict[str, Any], data: bytes) -> bytes:
     text = json.dumps(json_).encode()
     text, data = text + b" " * (-len(text) % 4), data + b"\0" * (-len(data) % 4)
     chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(data), 0x004E4942) + data
     return struct.pack("<III", 0x46546C67, 2, 12 + len(chunks)) + chunks
 
 
-def with_meshopt(document: Gltf, views: dict[int, tuple[str, str]]) -> bytes:
+def pack_meshopt(document: Gltf, views: dict[int, tuple[str, str]]) -> bytes:
     """A document with some of its views compressed, each by a mode and after a filter."""
-    meshoptimizer = decoder("meshoptimizer")
+    meshoptimizer = import_decoder("meshoptimizer")
     json_, data = json.loads(json.dumps(document.json)), bytearray(document.data)
     for number, (mode, filter_) in views.items():
         view = json_["bufferViews"][number]
@@ -51,12 +51,12 @@ def with_meshopt(document: Gltf, views: dict[int, tuple[str, str]]) -> bytes:
     fallback = {"byteLength": len(document.data), "extensions": {MESHOPT: {"fallback": True}}}
     json_["buffers"] = [{"byteLength": len(data)}, fallback]
     json_["extensionsUsed"] = json_["extensionsRequired"] = ["KHR_mesh_quantization", MESHOPT]
-    return glb(json_, bytes(data))
+    return pack(json_, bytes(data))
 
 
-def with_draco(document: Gltf, **kinds: Any) -> bytes:
+def pack_draco(document: Gltf, **kinds: Any) -> bytes:
     """A document whose first primitive is compressed, its attributes by their type or as generic ones."""
-    draco = decoder("DracoPy")
+    draco = import_decoder("DracoPy")
     json_ = json.loads(json.dumps(document.json))
     primitive, whole = json_["meshes"][0]["primitives"][0], document.glb()
     values = {name: glb_values(whole, number) for name, number in primitive["attributes"].items()}
@@ -78,11 +78,11 @@ def with_draco(document: Gltf, **kinds: Any) -> bytes:
     primitive["extensions"] = {DRACO: {"bufferView": 0, "attributes": attributes}}
     json_["buffers"] = [{"byteLength": len(data) + len(packed)}]
     json_["extensionsUsed"] = json_["extensionsRequired"] = [DRACO]
-    return glb(json_, data + packed)
+    return pack(json_, data + packed)
 
 
-def painted() -> Gltf:
-    """A fine box with texture coordinates, colours and a feature id."""
+def make_textured() -> Gltf:
+    """A fine box with texture coordinates, colors and a feature id."""
     document, points = Gltf(), fine_box()[0]
     names = {"TEXCOORD_0": document.accessor(points[:, :2] / 2.0)}
     names |= {"COLOR_0": document.accessor(np.full((98, 4), 51), "u1", normalized=True)}
@@ -103,15 +103,15 @@ def assert_same(data: bytes, plain: bytes) -> None:
 class TestMeshopt:
     @pytest.mark.parametrize("mode", ["TRIANGLES", "INDICES"])
     def test_vertices_and_indices_are_what_was_packed(self, mode: str, tmp_path: Path) -> None:
-        document = painted()
+        document = make_textured()
         accessors, primitive = document.json["accessors"], document.json["meshes"][0]["primitives"][0]
         views = {accessors[n]["bufferView"]: ("ATTRIBUTES", "NONE") for n in primitive["attributes"].values()}
         # A stride of two bytes is not a multiple of four.
         del views[accessors[primitive["attributes"]["_FEATURE_ID_0"]]["bufferView"]]
         views[accessors[primitive["indices"]]["bufferView"]] = (mode, "NONE")
-        data = with_meshopt(document, views)
+        data = pack_meshopt(document, views)
         assert_same(data, document.glb())
-        scene, after = light_of(data, tmp_path / "out.glb")
+        scene, after = simplify_glb(data, tmp_path / "out.glb")
         assert any(MESHOPT in text for text in scene.warnings)
         json_ = glb_parts(after)[0]
         assert (json_["extensionsUsed"], json_["extensionsRequired"]) == (["KHR_mesh_quantization"],) * 2
@@ -135,7 +135,7 @@ class TestMeshopt:
         document.mesh({"attributes": names, "indices": whole["indices"]}, node=instances)
         filters = {position: "EXPONENTIAL", normal: "OCTAHEDRAL", turn: "QUATERNION"}
         views = {document.json["accessors"][n]["bufferView"]: ("ATTRIBUTES", f) for n, f in filters.items()}
-        mesh = read(with_meshopt(document, views), "glb").meshes[0]
+        mesh = read(pack_meshopt(document, views), "glb").meshes[0]
         assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
         assert np.allclose(mesh.normals, [0, 0, 1])
         assert np.allclose(mesh.transforms, np.eye(4))
@@ -156,29 +156,29 @@ class TestMeshopt:
         document = Gltf()
         document.mesh(document.box(fine=True))
         number = document.json["accessors"][1]["bufferView"]
-        data = with_meshopt(document, {number: ("ATTRIBUTES", "NONE")})
+        data = pack_meshopt(document, {number: ("ATTRIBUTES", "NONE")})
         json_, binary = glb_parts(data)
         json_["bufferViews"][number]["extensions"][MESHOPT].update(change)
         with pytest.raises(InputError, match=r"cannot be decoded .*: the file is damaged"):
-            read(glb(json_, binary), "glb")
+            read(pack(json_, binary), "glb")
 
 
 class TestDraco:
     def test_all_attributes_are_what_was_packed(self, tmp_path: Path) -> None:
-        document = painted()
-        data = with_draco(document, tex_coord="TEXCOORD_0", colors="COLOR_0")
+        document = make_textured()
+        data = pack_draco(document, tex_coord="TEXCOORD_0", colors="COLOR_0")
         assert_same(data, document.glb())
-        scene, after = light_of(data, tmp_path / "out.glb")
+        scene, after = simplify_glb(data, tmp_path / "out.glb")
         assert any(DRACO in text for text in scene.warnings)
         json_ = glb_parts(after)[0]
         assert not {"extensionsUsed", "extensionsRequired"} & set(json_)
         assert "extensions" not in new_primitive(after)
         assert json_["meshes"][0]["extras"] == {"stays": True}
-        assert_same(after, light_of(document.glb(), tmp_path / "plain.glb")[1])
+        assert_same(after, simplify_glb(document.glb(), tmp_path / "plain.glb")[1])
 
     def test_what_is_passed_on_is_valid_and_equal_data_is_there_once(self, tmp_path: Path) -> None:
-        document = painted()
-        json_, binary = glb_parts(with_draco(document, tex_coord="TEXCOORD_0", colors="COLOR_0"))
+        document = make_textured()
+        json_, binary = glb_parts(pack_draco(document, tex_coord="TEXCOORD_0", colors="COLOR_0"))
         json_["extensionsUsed"] = [*json_["extensionsUsed"], "EXT_mesh_features"]
         implicit = {"featureIds": [{"featureCount": 98}]}
         json_["meshes"][0]["primitives"][0]["extensions"]["EXT_mesh_features"] = implicit
@@ -187,29 +187,29 @@ class TestDraco:
         json_["accessors"] += [dict(one) for one in json_["accessors"]]
         twin["attributes"] = {name: number + count for name, number in twin["attributes"].items()}
         json_["meshes"][0]["primitives"].append({**twin, "indices": twin["indices"] + count})
-        _, after = light_of(glb(json_, binary), tmp_path / "out.glb")
+        _, after = simplify_glb(pack(json_, binary), tmp_path / "out.glb")
         write(tmp_path / "plain.glb", document.glb())
         assert_no_new_issues(tmp_path / "plain.glb", tmp_path / "out.glb")
         assert len(glb_parts(after)[0]["bufferViews"]) == count
 
     def test_damaged_data_is_refused(self) -> None:
-        json_, binary = glb_parts(with_draco(painted(), tex_coord="TEXCOORD_0", colors="COLOR_0"))
+        json_, binary = glb_parts(pack_draco(make_textured(), tex_coord="TEXCOORD_0", colors="COLOR_0"))
         start = json_["bufferViews"][0]["byteOffset"]
         with pytest.raises(InputError, match="Draco data of the glTF file cannot be decoded"):
-            read(glb(json_, binary[:start] + bytes(len(binary) - start)), "glb")
+            read(pack(json_, binary[:start] + bytes(len(binary) - start)), "glb")
         json_["meshes"][0]["primitives"][0]["extensions"][DRACO]["attributes"]["POSITION"] = 99
         with pytest.raises(InputError, match="no attribute 99, POSITION"):
-            read(glb(json_, binary), "glb")
+            read(pack(json_, binary), "glb")
 
 
 @pytest.mark.parametrize(("package", "extension"), [("meshoptimizer", MESHOPT), ("DracoPy", DRACO)])
 def test_without_the_package_one_line_names_it(package: str, extension: str, monkeypatch: pytest.MonkeyPatch) -> None:
     if extension == DRACO:
-        data = with_draco(painted(), tex_coord="TEXCOORD_0", colors="COLOR_0")
+        data = pack_draco(make_textured(), tex_coord="TEXCOORD_0", colors="COLOR_0")
     else:
         document = Gltf()
         document.mesh(document.box())
-        data = with_meshopt(document, {1: ("ATTRIBUTES", "NONE")})
+        data = pack_meshopt(document, {1: ("ATTRIBUTES", "NONE")})
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(InputError, match=f"compressed .*{extension}.*: install .* 'pip install {package}'"):
         read(data, "glb")

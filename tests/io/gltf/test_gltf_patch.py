@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gltf_cases import light_of
+from gltf_cases import simplify_glb
 from shapes import Gltf, box, fine_box, glb_parts, glb_values, write
 
 from bldsimp import Options, Tolerance
@@ -37,7 +37,7 @@ class TestPatch:
                          "samplers": [{"input": time, "output": move}]}],
         )  # fmt: skip
         data = document.glb()
-        _, after = light_of(data, tmp_path / "out.glb")
+        _, after = simplify_glb(data, tmp_path / "out.glb")
         old, new = glb_parts(data)[0], glb_parts(after)[0]
         for key in ("asset", "nodes", "scenes", "scene", "materials", "cameras", "extras"):
             assert new[key] == old[key]
@@ -67,7 +67,7 @@ class TestPatch:
         fixed["targets"] = [{"POSITION": document.accessor(np.ones((98, 3)))}]
         document.mesh(fixed, document.box(fine=True, shift=10.0))
         data = document.glb()
-        _, after = light_of(data, tmp_path / "out.glb")
+        _, after = simplify_glb(data, tmp_path / "out.glb")
         old = glb_parts(data)[0]["meshes"][0]["primitives"][0]
         new = glb_parts(after)[0]["meshes"][0]["primitives"][0]
         for name, number in old["attributes"].items():
@@ -87,13 +87,13 @@ class TestPatch:
         document.json["nodes"].append({"mesh": speck, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {
             "TRANSLATION": where}}}})  # fmt: skip
         document.json["scenes"][0]["nodes"].append(3)
-        _, after = light_of(document.glb(), tmp_path / "out.glb", Options(min_component=0.2))
+        _, after = simplify_glb(document.glb(), tmp_path / "out.glb", Options(min_component=0.2))
         json_, binary = glb_parts(after)
         assert [mesh["name"] for mesh in json_["meshes"]] == ["house", "shed"]
         assert json_["nodes"] == [{"mesh": 0}, {"name": "speck", "children": [2]}, {"mesh": 1}, {}]
         assert len(json_["accessors"]) == 4
         assert len(read(after, "glb").meshes) == 2
-        whole = light_of(document.glb(), tmp_path / "all.glb")[1]
+        whole = simplify_glb(document.glb(), tmp_path / "all.glb")[1]
         assert len(glb_parts(whole)[0]["meshes"]) == 3
         assert len(binary) < len(glb_parts(whole)[1])
 
@@ -127,7 +127,7 @@ class TestPatch:
             {"attributes": {"POSITION": 1, "TEXCOORD_0": 2}, "indices": indices},
         )
         data = document.glb()
-        _, after = light_of(data, tmp_path / "out.glb")
+        _, after = simplify_glb(data, tmp_path / "out.glb")
         first, second = glb_parts(after)[0]["meshes"][0]["primitives"]
         assert len(glb_values(after, first["attributes"]["POSITION"])) == 8
         assert np.array_equal(glb_values(after, second["attributes"]["POSITION"]), far.astype(np.float32))
@@ -146,7 +146,7 @@ class TestPatch:
             }
         ]
         document.mesh(primitive)
-        _, after = light_of(document.glb(), tmp_path / "out.glb", Options(delimit=frozenset({"material"})))
+        _, after = simplify_glb(document.glb(), tmp_path / "out.glb", Options(delimit=frozenset({"material"})))
         json_ = glb_parts(after)[0]
         new = json_["meshes"][0]["primitives"][0]
         assert set(new["attributes"]) == {"POSITION"}
@@ -162,7 +162,7 @@ class TestPatch:
         document.json["extensionsUsed"] = ["KHR_mesh_quantization"]
         position = document.accessor(points * 1000 - 700, "i2")
         document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
-        _, after = light_of(document.glb(), tmp_path / "out.glb", Options(tolerance=Tolerance(0.0, "length")))
+        _, after = simplify_glb(document.glb(), tmp_path / "out.glb", Options(tolerance=Tolerance(0.0, "length")))
         json_ = glb_parts(after)[0]
         accessor = json_["accessors"][json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]
         assert accessor["componentType"] == 5122
@@ -176,7 +176,7 @@ class TestPatch:
             points, faces = fine_box(shift=shift)
             position = document.accessor(points)
             document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
-            _, after = light_of(document.glb(), tmp_path / "out.glb")
+            _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
             primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
             values = glb_values(after, primitive["attributes"]["POSITION"])
             assert {tuple(row) for row in values.tolist()} <= {tuple(row) for row in points.astype(np.float32).tolist()}
@@ -188,8 +188,8 @@ class TestPatch:
         document.json["extensionsUsed"] = ["ACME_sign"]
         options = Options()
         scene = read(document.glb(), "glb")
-        lights, _ = simplify_scene(scene, options)
-        written = write_scene(scene, lights, tmp_path / "out.glb", "glb", options)
+        results, _ = simplify_scene(scene, options)
+        written = write_scene(scene, results, tmp_path / "out.glb", "glb", options)
         assert any("ACME_sign" in text for text in written.warnings)
         json_ = glb_parts((tmp_path / "out.glb").read_bytes())[0]
         assert json_["nodes"] == document.json["nodes"]
@@ -204,8 +204,8 @@ class TestPatch:
             target = tmp_path / "new" / "out.gltf"
             target.parent.mkdir(exist_ok=True)
             scene = read(path, "gltf")
-            lights, _ = simplify_scene(scene, Options())
-            write_scene(scene, lights, target, "gltf", Options())
+            results, _ = simplify_scene(scene, Options())
+            write_scene(scene, results, target, "gltf", Options())
             uri = json.loads(target.read_text())["buffers"][0]["uri"]
             assert (uri == "out.bin") == beside
             assert uri.startswith("data:") != beside
@@ -215,11 +215,11 @@ class TestPatch:
         source = models / "textured" / "kaykit_building_H" / "building_H.gltf"
         picture = (source.parent / "citybits_texture.png").read_bytes()
         scene = read(source, "gltf")
-        lights, report = simplify_scene(scene, Options())
+        results, report = simplify_scene(scene, Options())
         assert not report.unchanged_parts
-        write_scene(scene, lights, tmp_path / "out.gltf", "gltf", Options())
+        write_scene(scene, results, tmp_path / "out.gltf", "gltf", Options())
         assert (tmp_path / "citybits_texture.png").read_bytes() == picture
-        write_scene(scene, lights, tmp_path / "out.glb", "glb", Options())
+        write_scene(scene, results, tmp_path / "out.glb", "glb", Options())
         json_, binary = glb_parts((tmp_path / "out.glb").read_bytes())
         assert "uri" not in json_["images"][0]
         view = json_["bufferViews"][json_["images"][0]["bufferView"]]
@@ -228,7 +228,7 @@ class TestPatch:
     def test_the_tower_stays_one_vertex_buffer(self, tmp_path: Path, models: Path) -> None:
         scene = read(models / "exact" / "cesium_building_tower.glb", "glb")
         assert len(scene.meshes[0].points) == 119_547
-        lights, _ = simplify_scene(scene, Options(normals="flat"))
-        write_scene(scene, lights, tmp_path / "out.glb", "glb", Options(normals="flat"))
+        results, _ = simplify_scene(scene, Options(normals="flat"))
+        write_scene(scene, results, tmp_path / "out.glb", "glb", Options(normals="flat"))
         primitives = glb_parts((tmp_path / "out.glb").read_bytes())[0]["meshes"][0]["primitives"]
         assert primitives[0]["attributes"] == primitives[1]["attributes"]

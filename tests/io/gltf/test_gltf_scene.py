@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gltf_cases import CASES, bounded, everything_around, textured
-from gltf_scene import Contents, scene_of
+from gltf_scene import Contents, read_gltf_scene
 from khronos import assert_no_new_issues
 from shapes import Gltf, box, write
 
@@ -25,15 +25,15 @@ MODELS = (
 )  # fmt: skip
 
 
-def lightened(source: Path, target: Path, options: Options = DEFAULTS) -> Report:
+def simplify_to(source: Path, target: Path, options: Options = DEFAULTS) -> Report:
     """Simplify a file."""
     scene = read(source, source.suffix[1:])
-    lights, report = simplify_scene(scene, options)
-    report.after.bytes = write_scene(scene, lights, target, target.suffix[1:], options).bytes
+    results, report = simplify_scene(scene, options)
+    report.after.bytes = write_scene(scene, results, target, target.suffix[1:], options).bytes
     return report
 
 
-def rows_of(primitive: dict[str, Any], names: list[str]) -> set[bytes]:
+def list_rows(primitive: dict[str, Any], names: list[str]) -> set[bytes]:
     """Corners of a primitive, each by the bytes of all its values."""
     columns = [np.ascontiguousarray(primitive["attributes"][name]) for name in names]
     return {b"".join(column[i].tobytes() for column in columns) for i in range(len(columns[0]))}
@@ -52,29 +52,29 @@ def assert_same_scene(before: dict[str, Any], after: dict[str, Any], fixed: bool
         assert set(one["attributes"]) - set(names) <= {"NORMAL"}
         assert {name: one["types"][name] for name in names} == other["types"]
         assert len(other["attributes"]["POSITION"]) <= len(one["attributes"]["POSITION"])
-        assert rows_of(other, names) <= rows_of(one, names)
+        assert list_rows(other, names) <= list_rows(one, names)
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_models_come_out_as_they_went_in(name: str, models: Path, tmp_path: Path) -> None:
     source = models / "textured" / name
     target = tmp_path / source.name
-    report = lightened(source, target)
+    report = simplify_to(source, target)
     assert not report.unchanged_parts
-    assert_same_scene(scene_of(source), scene_of(target))
+    assert_same_scene(read_gltf_scene(source), read_gltf_scene(target))
     assert report.after.bytes <= report.before.bytes
     assert target.stat().st_size <= source.stat().st_size
     others = [tmp_path / f"other.{suffix}" for suffix in ("glb", "gltf")]
     for other in others:
-        lightened(source, other)
+        simplify_to(source, other)
     assert_no_new_issues(source, target, *others)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_every_feature_comes_out_as_it_went_in(name: str, tmp_path: Path) -> None:
     source, target = write(tmp_path / "in.glb", CASES[name]().glb()), tmp_path / "out.glb"
-    report = lightened(source, target)
-    before, after = scene_of(source), scene_of(target)
+    report = simplify_to(source, target)
+    before, after = read_gltf_scene(source), read_gltf_scene(target)
     sizes = [[len(p["attributes"]["POSITION"]) for m in s["meshes"] for p in m["primitives"]] for s in (before, after)]
     assert_same_scene(before, after)
     if name == "bent":
@@ -85,16 +85,16 @@ def test_every_feature_comes_out_as_it_went_in(name: str, tmp_path: Path) -> Non
         assert all(one <= 36 for one in sizes[1])
     assert target.stat().st_size < source.stat().st_size
     text = tmp_path / "out.gltf"
-    lightened(source, text)
+    simplify_to(source, text)
     wide = tmp_path / "wide.glb"
-    lightened(source, wide, Options(delimit=frozenset({"material"})))
+    simplify_to(source, wide, Options(delimit=frozenset({"material"})))
     assert_no_new_issues(source, target, text, wide)
 
 
 @pytest.mark.parametrize("name", ["instances", "nodes"])
 def test_a_window_used_five_hundred_times_is_simplified_once(name: str, tmp_path: Path) -> None:
     source, target = write(tmp_path / "in.glb", CASES[name]().glb()), tmp_path / "out.glb"
-    report = lightened(source, target)
+    report = simplify_to(source, target)
     assert (report.before.triangles, report.after.triangles) == (192, 12)
     scene = read(target, "glb")
     assert [len(mesh.transforms) for mesh in scene.meshes] == [500]
@@ -110,10 +110,10 @@ class TestNothingToGain:
         document.mesh({"attributes": names, "indices": document.accessor(faces[::-1].reshape(-1), "u1")})
         document.mesh(textured(document, shift=5.0))
         source, target = write(tmp_path / "in.glb", document.glb()), tmp_path / "out.glb"
-        lightened(source, target)
+        simplify_to(source, target)
         before, after = Contents(source), Contents(target)
         primitives = [one.json["meshes"][0]["primitives"][0] for one in (before, after)]
-        for number, other in zip(*(slots(one) for one in primitives), strict=True):
+        for number, other in zip(*(list_slots(one) for one in primitives), strict=True):
             assert {**before.json["accessors"][number], "bufferView": 0} == {
                 **after.json["accessors"][other], "bufferView": 0
             }  # fmt: skip
@@ -126,13 +126,13 @@ class TestNothingToGain:
         document.mesh(red)
         document.mesh({**red, "material": blue["material"]}, node={"translation": [9, 0, 0]})
         source, target = write(tmp_path / "in.glb", document.glb()), tmp_path / "out.glb"
-        lightened(source, target)
+        simplify_to(source, target)
         one, other = (mesh["primitives"][0] for mesh in Contents(target).json["meshes"])
-        assert slots(one) == slots(other)
-        assert_same_scene(scene_of(source), scene_of(target))
+        assert list_slots(one) == list_slots(other)
+        assert_same_scene(read_gltf_scene(source), read_gltf_scene(target))
 
 
-def slots(primitive: dict[str, Any]) -> list[int]:
+def list_slots(primitive: dict[str, Any]) -> list[int]:
     """Accessors of a primitive."""
     return [*primitive["attributes"].values(), primitive["indices"]]
 
@@ -164,13 +164,13 @@ class TestSeveralBuffers:
     def test_only_what_changes_is_written_anew(self, tmp_path: Path) -> None:
         source = self.document(tmp_path)
         files = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-        before = scene_of(source)
-        lightened(source, tmp_path / "out.gltf")
+        before = read_gltf_scene(source)
+        simplify_to(source, tmp_path / "out.gltf")
         assert {path: path.read_bytes() for path in files} == files
         json_ = json.loads((tmp_path / "out.gltf").read_text())
         assert [entry["uri"] for entry in json_["buffers"]] == ["out.bin", "sub/move.bin", "picture.bin"]
         assert [entry["name"] for entry in json_["buffers"]] == ["shape.bin", "sub/move.bin", "picture.bin"]
-        assert_same_scene(before, scene_of(tmp_path / "out.gltf"))
+        assert_same_scene(before, read_gltf_scene(tmp_path / "out.gltf"))
         assert_no_new_issues(source, tmp_path / "out.gltf")
 
     def test_they_come_along_to_another_folder(self, tmp_path: Path) -> None:
@@ -178,12 +178,12 @@ class TestSeveralBuffers:
         folder.mkdir()
         target.parent.mkdir()
         source = self.document(folder)
-        lightened(source, target)
+        simplify_to(source, target)
         # The new buffer must not take the name of one that stays.
         json_ = json.loads(target.read_text())
         assert [entry["uri"] for entry in json_["buffers"]] == ["light_picture.bin", "sub/move.bin", "picture.bin"]
         assert (target.parent / "picture.bin").read_bytes() == (folder / "picture.bin").read_bytes()
-        assert_same_scene(scene_of(source), scene_of(target))
+        assert_same_scene(read_gltf_scene(source), read_gltf_scene(target))
 
     def test_files_of_one_name_in_two_folders_stay_two(self, tmp_path: Path) -> None:
         names = ["a/color.png", "b%20b/color.png", "c\\color.png"]
@@ -196,7 +196,7 @@ class TestSeveralBuffers:
             (source.parent / folder).mkdir(parents=True)
             write(source.parent / folder / "color.png", f"picture of {folder}")
         write(source, document.gltf())
-        lightened(source, target)
+        simplify_to(source, target)
         assert [image["uri"] for image in json.loads(target.read_text())["images"]] == names
         for folder in ("a", "b b", "c"):
             assert (target.parent / folder / "color.png").read_text() == f"picture of {folder}"
@@ -216,15 +216,15 @@ class TestSeveralBuffers:
 
     def test_over_itself_and_into_a_glb(self, tmp_path: Path) -> None:
         source = self.document(tmp_path)
-        before = scene_of(source)
-        lightened(source, tmp_path / "out.glb")
-        assert_same_scene(scene_of(source), scene_of(tmp_path / "out.glb"))
-        assert len(scene_of(tmp_path / "out.glb")["images"]) == 1
+        before = read_gltf_scene(source)
+        simplify_to(source, tmp_path / "out.glb")
+        assert_same_scene(read_gltf_scene(source), read_gltf_scene(tmp_path / "out.glb"))
+        assert len(read_gltf_scene(tmp_path / "out.glb")["images"]) == 1
         large = (tmp_path / "shape.bin").stat().st_size
-        lightened(source, source)
+        simplify_to(source, source)
         assert next(entry["uri"] for entry in json.loads(source.read_text())["buffers"]) == "shape.bin"
         assert (tmp_path / "shape.bin").stat().st_size < large / 3
-        assert_same_scene(before, scene_of(source))
+        assert_same_scene(before, read_gltf_scene(source))
 
 
 @pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "off", "gltf"])
@@ -232,8 +232,8 @@ def test_what_stands_around_the_surface_is_told_where_it_is_lost(suffix: str, tm
     document = everything_around()
     document.json["meshes"][0]["primitives"].append({**document.box(), "mode": 1})
     scene = read(document.glb(), "glb")
-    lights, _ = simplify_scene(scene, Options())
-    told = write_scene(scene, lights, tmp_path / f"out.{suffix}", suffix, Options()).warnings
+    results, _ = simplify_scene(scene, Options())
+    told = write_scene(scene, results, tmp_path / f"out.{suffix}", suffix, Options()).warnings
     assert [text for text in told if "glTF document" in text] == [
         f"{suffix.upper()} cannot store points and lines, cameras, lights, animations,"
         " wrap and filter of textures, tree of nodes, names of nodes, extras of the glTF document: lost"
@@ -251,7 +251,7 @@ def test_a_document_that_loses_nothing_is_written_byte_for_byte(suffix: str, tmp
     source, target = tmp_path / f"in.{suffix}", tmp_path / f"out.{suffix}"
     # Spaces of its own, which no writer would make.
     write(source, document.glb() if suffix == "glb" else document.gltf().replace(b'"asset":', b'"asset"  :\n\n'))
-    report = lightened(source, target)
+    report = simplify_to(source, target)
     assert target.read_bytes() == source.read_bytes()
     assert report.after.bytes == report.before.bytes
 
@@ -262,6 +262,6 @@ def test_compact_text_stays_compact(line: str, tmp_path: Path) -> None:
     document.mesh(document.box(fine=True), name="box")
     source = write(tmp_path / "in.gltf", document.gltf().replace(b", ", b"," + line.encode()))
     target = tmp_path / "out.gltf"
-    report = lightened(source, target)
+    report = simplify_to(source, target)
     assert (b"\n" in target.read_bytes()) == bool(line)
     assert report.after.triangles == 12
