@@ -56,7 +56,9 @@ def list_hidden_values(scene: FileScene, options: Options, format_: str) -> list
     if format_ == "obj":
         lost = [own for own in lost if re.fullmatch(_STORED["obj"], own.name)]
     format_name = "OBJ" if format_ == "obj" else "glTF"
-    message = f"{format_name} cannot store {_name_attributes(lost)} of both vertices and faces: those of vertices are lost"
+    message = (
+        f"{format_name} cannot store {_name_attributes(lost)} of both vertices and faces: those of vertices are lost"
+    )
     return [message] if lost else []
 
 
