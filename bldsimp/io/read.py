@@ -55,7 +55,7 @@ def read(source: Path | bytes, format_: str) -> FileScene:
         if format_ in ("glb", "gltf"):
             _read_gltf(scene, folder)
         else:
-            _read_polygons(scene, folder)
+            _read_plain_file(scene, folder)
     except InputError as error:
         raise InputError(f"{name}: {error}") from error.__cause__
     scene.size += folder.size
@@ -78,8 +78,8 @@ def _read_gltf(scene: FileScene, folder: InputFolder) -> None:
         raise InputError(f"the glTF JSON does not follow the format ({cause}): the file is damaged") from error
 
 
-def _read_polygons(scene: FileScene, folder: InputFolder) -> None:
-    """Read the meshes of a file without a glTF document."""
+def _read_plain_file(scene: FileScene, folder: InputFolder) -> None:
+    """Read the meshes of a file of any other format."""
     data, warnings = scene.data.removeprefix(b"\xef\xbb\xbf"), scene.warnings
     if scene.format in ("obj", "off") and b"\n" not in data:
         data = data.replace(b"\r", b"\n")

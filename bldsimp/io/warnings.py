@@ -42,7 +42,7 @@ def list_removed_attributes(scene: FileScene, options: Options) -> list[str]:
     gone = [one for mesh in scene.meshes for one in mesh.attributes if not options.keeps(one.kind)]
     names = {one.name for one in gone}
     count = sum(not names.isdisjoint(part.attributes) for mesh in scene.meshes for part in mesh.parts)
-    return [f"removed as requested, from {_count_nouns(count, 'part')}: {_join_names(gone)}"] if gone else []
+    return [f"removed as requested, from {_count_nouns(count, 'part')}: {_name_attributes(gone)}"] if gone else []
 
 
 def list_hidden_values(scene: FileScene, options: Options, format_: str) -> list[str]:
@@ -56,7 +56,9 @@ def list_hidden_values(scene: FileScene, options: Options, format_: str) -> list
     if format_ == "obj":
         lost = [own for own in lost if re.fullmatch(_STORED["obj"], own.name)]
     format_name = "OBJ" if format_ == "obj" else "glTF"
-    message = f"{format_name} cannot store {_join_names(lost)} of both vertices and faces: those of vertices are lost"
+    message = (
+        f"{format_name} cannot store {_name_attributes(lost)} of both vertices and faces: those of vertices are lost"
+    )
     return [message] if lost else []
 
 
@@ -67,7 +69,7 @@ def list_losses(scene: FileScene, meshes: list[FlatMesh], format_: str) -> list[
     stored = _STORED[format_] + ("|TEXCOORD_0|FACE__color" if format_ == scene.format == "off" else "")
     lost = [one for own in meshes for one in own.attributes if not re.fullmatch(stored, one.name)]
     if lost:
-        found.append(f"{cannot} {_join_names(lost)}: lost")
+        found.append(f"{cannot} {_name_attributes(lost)}: lost")
     if format_ == "obj" and any(_has_alpha(own) for own in meshes):
         found.append(f"{cannot} the alpha of colors: lost")
     if any(len(mesh.transforms) > 1 for mesh in scene.meshes):
@@ -144,7 +146,7 @@ def _is_texture_only(material: Material) -> bool:
     return material.texture is not None and not any(more)
 
 
-def _join_names(attributes: list[Attribute]) -> str:
+def _name_attributes(attributes: list[Attribute]) -> str:
     """Name attributes for people, each once."""
     return ", ".join(dict.fromkeys(describe_attribute(one.name) for one in attributes))
 

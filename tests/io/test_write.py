@@ -281,10 +281,10 @@ class TestTarget:
         old = write(tmp_path / "out.bin", b"old")
 
         def full(*_: object) -> None:
-            raise OSError(28, "No space stale on device")
+            raise OSError(28, "No space left on device")
 
         monkeypatch.setattr("os.replace", full)
-        with pytest.raises(OutputError, match="No space stale"):
+        with pytest.raises(OutputError, match="No space left"):
             replace_files({tmp_path / "other.bin": b"new", old: b"new"})
         assert old.read_bytes() == b"old"
         assert [path.name for path in tmp_path.iterdir()] == ["out.bin"]
@@ -316,9 +316,9 @@ class TestTarget:
         assert list(tmp_path.iterdir()) == [mine]
 
     def test_what_another_machine_writes_is_left_until_it_is_old(self, tmp_path: Path) -> None:
-        stale = leave_file(tmp_path)
-        _, _, process, end = stale.name.split("-")
-        there = stale.rename(stale.with_name(f".bldsimp-00000000-{process}-{end}"))
+        left = leave_file(tmp_path)
+        _, _, process, end = left.name.split("-")
+        there = left.rename(left.with_name(f".bldsimp-00000000-{process}-{end}"))
         clear_leftovers(tmp_path)
         assert there.exists()
         long_ago = there.stat().st_mtime - ABANDONED_SECONDS - 60

@@ -17,9 +17,8 @@ from bldsimp import Options
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.model import Scene
+from bldsimp.options import DEFAULTS
 from bldsimp.scene import simplify_scene
-
-DEFAULTS = Options()
 
 
 def import_decoder(package: str) -> Any:
@@ -100,7 +99,7 @@ def used(document: Gltf, *names: str, **root: Any) -> None:
 
 
 def everything_around() -> Gltf:
-    """Names, extras, a tree, cameras, results and an animation around a textured box."""
+    """Names, extras, a tree, cameras, lights and an animation around a textured box."""
     document = Gltf()
     document.mesh({**textured(document), "extras": {"part": "walls"}}, name="house", extras={"id": 7},
                   node={"name": "at home", "translation": [1, 2, 3], "extras": {"floor": 2}})  # fmt: skip

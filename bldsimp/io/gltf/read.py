@@ -144,7 +144,7 @@ def _place_meshes(document: Document) -> tuple[dict[int, list[Matrix]], dict[int
             raise InputError("the node tree of the glTF file is not a tree: the file is damaged")
         seen.add(index)
         node = nodes[index]
-        world = _multiply(above, _read_transform(node))
+        world = _multiply_transforms(above, _read_transform(node))
         grows = grows or index in scaled
         if "mesh" in node:
             mesh = node["mesh"]
@@ -154,7 +154,7 @@ def _place_meshes(document: Document) -> tuple[dict[int, list[Matrix]], dict[int
                 raise InputError(
                     f"glTF node {index} and those above it scale or move its mesh beyond 1e100: repair their transforms"
                 )
-            placed = [_multiply(world, instance) for instance in _read_instances(document, node)]
+            placed = [_multiply_transforms(world, instance) for instance in _read_instances(document, node)]
             transforms.setdefault(mesh, []).extend(placed)
             # The tolerance would grow with an animated scale.
             reasons = ["skin"] * ("skin" in node) + ["animated scale"] * grows
@@ -224,7 +224,7 @@ def _rotate_axes(x: float, y: float, z: float, w: float) -> list[list[float]]:
     ]
 
 
-def _multiply(a: Matrix, b: Matrix) -> Matrix:
+def _multiply_transforms(a: Matrix, b: Matrix) -> Matrix:
     """Multiply 4 x 4 matrices, summed in a fixed order; infinite or no number beyond double precision."""
     left, right = a.tolist(), b.tolist()
     return np.array([[sum(left[i][k] * right[k][j] for k in range(4)) for j in range(4)] for i in range(4)])

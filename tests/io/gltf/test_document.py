@@ -117,7 +117,7 @@ class TestRead:
         assert diagonal(scene) == pytest.approx(np.sqrt(12))
         assert len(place_scene(scene).points) == 8
         # The one that is shown stays, however small.
-        (shown, _), _ = simplify_scene(scene, Options(min_part=1000.0))
+        (shown, _), _ = simplify_scene(scene, Options(min_component=1000.0))
         assert len(shown.faces) == 12
         document.json.update(nodes=[], scenes=[{}])
         scene = read(document.glb(), "glb")

@@ -142,7 +142,7 @@ class TestRead:
         assert scene.meshes[0].parts[0].fixed == (told,)
         assert all(one.values.shape[1] == one.steps.shape[1] for one in scene.meshes[0].attributes)
         _, report = simplify_scene(scene, Options())
-        assert told in report.passed_on[0].reason
+        assert told in report.unchanged_parts[0].reason
 
     def test_faces_are_seen_from_one_side_unless_their_material_says_otherwise(self) -> None:
         document = Gltf()
