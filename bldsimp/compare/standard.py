@@ -99,8 +99,8 @@ def triangulate_standard(result: MeshResult) -> StandardMesh:
     if layout is None:
         raise ValueError("the result has no layout: simplify keep_layout=True")
     conformed = _core.conform(
-        result.points, layout.planes, layout.outlines, layout.segments,
-        layout.triangles, layout.piece_of_triangle, layout.keep,
+        result.points, layout.planes, layout.outlines, layout.pieces,
+        layout.triangles, layout.patch_of_triangle, layout.keep,
     )  # fmt: skip
     return StandardMesh(
         np.concatenate([result.points, conformed.made]),

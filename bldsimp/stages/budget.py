@@ -58,18 +58,18 @@ class Spent:
 
 @dataclass
 class Budget:
-    """What pieces and chains may use, and what they have used; lengths in model units.
+    """What patches and chains may use, and what they have used; lengths in model units.
 
     Attributes
     ----------
     width, fold, allowed : (p,) float64
-        For each piece: width of its plane, how far its needles reach out, what is left for its chains.
+        For each patch: width of its plane, how far its needles reach out, what is left for its chains.
     limit : (c,) float64
         How far each chain may be thinned.
     spent, vanished : (c,) float64
         `Spent` at each chain.
     reach : (p,) float64
-        How far the new triangles of each piece reach out of its outline.
+        How far the new triangles of each patch reach out of its outline.
     """
 
     width: Values
@@ -80,29 +80,29 @@ class Budget:
     vanished: Values
     reach: Values
 
-    def drift(self, outlines: TracedOutlines, segments: _core.Pieces, moved: NDArray[np.bool_]) -> Values:
-        """Return how far each piece is from the input's surface within its plane, where segments moved."""
-        chain = segments.chain
-        distance = np.where(moved, segments.deviation + self.spent[chain], 0.0)
-        return self.fold + np.maximum(self.reach, outlines.spread_to_pieces(distance, chain))
+    def drift(self, outlines: TracedOutlines, pieces: _core.Pieces, moved: NDArray[np.bool_]) -> Values:
+        """Return how far each patch is from the input's surface within its plane, where pieces moved."""
+        chain = pieces.chain
+        distance = np.where(moved, pieces.deviation + self.spent[chain], 0.0)
+        return self.fold + np.maximum(self.reach, outlines.spread_to_patches(distance, chain))
 
-    def bound_vanished(self, segments: _core.Pieces) -> Values:
-        """Return the bound, at each segment, of what vanished there before; 0 where nothing did."""
-        before = self.vanished[segments.chain]
-        return np.where(before > 0, before + segments.deviation, 0.0)
+    def bound_vanished(self, pieces: _core.Pieces) -> Values:
+        """Return the bound, at each piece, of what vanished there before; 0 where nothing did."""
+        before = self.vanished[pieces.chain]
+        return np.where(before > 0, before + pieces.deviation, 0.0)
 
 
 def allot_tolerance(
     tolerance: float, planes: Values, fold: Values, outlines: TracedOutlines, spent: tuple[Values, Values]
 ) -> Budget:
-    """Allot a tolerance to pieces and chains.
+    """Allot a tolerance to patches and chains.
 
     Parameters
     ----------
     tolerance : float
         Model units.
     planes : (p, 5) float64
-        Of each piece.
+        Of each patch.
     fold : (p,) float64
         How far its needles already reach out of it.
     outlines : TracedOutlines

@@ -41,27 +41,27 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Layout:
-    """What was triangulated last: pieces of facets, where single faces were kept.
+    """What was triangulated last: patches of facets, where single faces were kept.
 
     Attributes
     ----------
     planes : (p, 5) float64
-        Of each piece.
+        Of each patch.
     outlines : _core.Outlines
-    segments : _core.Pieces
+    pieces : _core.Pieces
         Of the thinned chains.
     keep : (p,) uint8
-        Pieces whose faces stayed.
+        Patchs whose faces stayed.
     triangles : (k, 3) int32
-    piece_of_triangle : (k,) int32
+    patch_of_triangle : (k,) int32
     """
 
     planes: Values
     outlines: _core.Outlines
-    segments: _core.Pieces
+    pieces: _core.Pieces
     keep: Flags
     triangles: Faces
-    piece_of_triangle: Indices
+    patch_of_triangle: Indices
 
 
 @dataclass
@@ -128,16 +128,16 @@ class _Fate:
 
     Attributes
     ----------
-    facet_of_piece : (p,) int32
+    facet_of_patch : (p,) int32
     keep : (p,) uint8
-        Pieces whose faces stay.
+        Patchs whose faces stay.
     put_back : (n,) uint8
         Points that were put back.
     level, cause, splits : (f,) uint8
         Of each facet: how much of it stays, why, and how often it was split.
     """
 
-    facet_of_piece: Indices
+    facet_of_patch: Indices
     keep: Flags
     put_back: Flags
     level: Flags
@@ -147,9 +147,9 @@ class _Fate:
     def __post_init__(self) -> None:
         self.splits = np.zeros(len(self.level), np.uint8)
 
-    def lower(self, pieces: NDArray[np.integer], level: Level, cause: Cause) -> None:
-        """Note that the facets of some pieces stand on a level at best."""
-        facets = np.unique(self.facet_of_piece[pieces])
+    def lower(self, patches: NDArray[np.integer], level: Level, cause: Cause) -> None:
+        """Note that the facets of some patches stand on a level at best."""
+        facets = np.unique(self.facet_of_patch[patches])
         lower = facets[self.level[facets] < level]
         self.level[lower] = level
         self.cause[lower] = cause
@@ -218,13 +218,13 @@ def _simplify_once(
 
 
 def _start(surface: FacetedSurface, tolerance: float, fate: _Fate, spent: Spent) -> Attempt:
-    """Trace the outlines of the pieces as they are now."""
+    """Trace the outlines of the patches as they are now."""
     count = len(surface.points)
     outlines = trace_outlines(surface.faces, count, surface.halfedges, surface.facets, fate.keep)
     budget = allot_tolerance(
         tolerance,
         surface.facets.planes,
-        spent.folded[fate.facet_of_piece],
+        spent.folded[fate.facet_of_patch],
         outlines,
         spent.at_chains(outlines, count),
     )
@@ -239,18 +239,18 @@ def _try_once(attempt: Attempt, fate: _Fate) -> list[Failure]:
     thin_chains(attempt)
     while len(clashing := attempt.edges.clashing):
         _put_back(attempt, fate, clashing)
-        fate.lower(attempt.pieces_at(clashing), Level.POINTS_PUT_BACK, Cause.CLASH)
+        fate.lower(attempt.patches_at(clashing), Level.POINTS_PUT_BACK, Cause.CLASH)
         thin_chains(attempt)
     return next((failures for failures in try_facets(attempt) if failures), [])
 
 
 def _keep_more(attempt: Attempt, fate: _Fate, failure: Failure) -> Indices | None:
-    """Keep more of a piece: the least that may help and was not tried yet. Return faces that are to be split off."""
-    piece = failure.piece
-    facet = fate.facet_of_piece[piece]
+    """Keep more of a patch: the least that may help and was not tried yet. Return faces that are to be split off."""
+    patch = failure.patch
+    facet = fate.facet_of_patch[patch]
     culprits = failure.culprits[attempt.kept[failure.culprits] == 0]
-    dropped = attempt.dropped_points_of(piece)
-    attempt.dirty[piece] = True
+    dropped = attempt.dropped_points_of(patch)
+    attempt.dirty[patch] = True
     cut = None
     if len(culprits):
         level = Level.POINTS_PUT_BACK
@@ -258,16 +258,16 @@ def _keep_more(attempt: Attempt, fate: _Fate, failure: Failure) -> Indices | Non
     elif len(failure.trouble) and fate.splits[facet] < MOST_SPLITS:
         level = Level.SOME_FACES_KEPT
         fate.splits[facet] += 1
-        own = attempt.faces_of(piece)
+        own = attempt.faces_of(patch)
         cut = own[_touch(attempt.surface.faces[own], failure.trouble)]
     elif len(dropped):
         level = Level.OUTLINE_PUT_BACK
         _put_back(attempt, fate, dropped)
     else:
         level = Level.FACES_KEPT
-        fate.keep[piece] = 1
-        _keep_points_of(attempt, np.arange(len(fate.keep)) == piece)
-    fate.lower(np.array([piece]), level, failure.cause)
+        fate.keep[patch] = 1
+        _keep_points_of(attempt, np.arange(len(fate.keep)) == patch)
+    fate.lower(np.array([patch]), level, failure.cause)
     return cut
 
 
@@ -276,37 +276,37 @@ def _put_back(attempt: Attempt, fate: _Fate, points: Indices) -> None:
     attempt.must[points] = fate.put_back[points] = 1
 
 
-def _keep_points_of(attempt: Attempt, pieces: NDArray[np.bool_]) -> None:
-    """Keep all points of the faces of some pieces."""
+def _keep_points_of(attempt: Attempt, patches: NDArray[np.bool_]) -> None:
+    """Keep all points of the faces of some patches."""
     surface = attempt.surface
-    attempt.must[surface.faces[pieces[surface.facets.facet_of_face]]] = 1
+    attempt.must[surface.faces[patches[surface.facets.facet_of_face]]] = 1
 
 
 def _split_off(attempt: Attempt, fate: _Fate, cut: Indices) -> FacetedSurface:
-    """Make each of some faces a piece of its own, which stays."""
+    """Make each of some faces a patch of its own, which stays."""
     surface = attempt.surface
-    owners = fate.facet_of_piece[surface.facets.facet_of_face[cut]]
-    fate.facet_of_piece = np.concatenate([fate.facet_of_piece, owners])
+    owners = fate.facet_of_patch[surface.facets.facet_of_face[cut]]
+    fate.facet_of_patch = np.concatenate([fate.facet_of_patch, owners])
     fate.keep = np.concatenate([fate.keep, np.ones(len(cut), np.uint8)])
     facets = _core.split_off(surface.facets, cut)
     return FacetedSurface(surface.points, surface.faces, surface.decided, surface.halfedges, facets)
 
 
 def _assemble(attempt: Attempt, fate: _Fate, statistics: Statistics) -> Assembly:
-    """Put the facets of the surface together, each with all its pieces."""
+    """Put the facets of the surface together, each with all its patches."""
     count = len(fate.level)
     deviation, unchanged = np.zeros(count), np.ones(count, np.uint8)
-    budget, segments, outlines = attempt.budget, attempt.segments, attempt.outlines
+    budget, pieces, outlines = attempt.budget, attempt.pieces, attempt.outlines
     # What did not move in this pass, the pass before has bounded.
-    drift = budget.drift(outlines, segments, segments.farthest >= 0)
+    drift = budget.drift(outlines, pieces, pieces.farthest >= 0)
     bound = np.where(attempt.unchanged != 0, 0.0, np.hypot(budget.width, drift))
-    bound = np.maximum(bound, outlines.spread_to_pieces(budget.bound_vanished(segments), segments.chain))
-    np.maximum.at(deviation, fate.facet_of_piece, bound)
-    np.minimum.at(unchanged, fate.facet_of_piece, attempt.unchanged)
+    bound = np.maximum(bound, outlines.spread_to_patches(budget.bound_vanished(pieces), pieces.chain))
+    np.maximum.at(deviation, fate.facet_of_patch, bound)
+    np.minimum.at(unchanged, fate.facet_of_patch, attempt.unchanged)
     below = (fate.level > Level.SIMPLIFIED) & (fate.level < Level.PASSED_ON)
     return Assembly(
         triangles=attempt.triangles,
-        facet_of_triangle=fate.facet_of_piece[attempt.piece_of_triangle],
+        facet_of_triangle=fate.facet_of_patch[attempt.patch_of_triangle],
         kept=attempt.kept,
         level=fate.level,
         unchanged=unchanged,
@@ -318,34 +318,34 @@ def _assemble(attempt: Attempt, fate: _Fate, statistics: Statistics) -> Assembly
         layout=Layout(
             attempt.surface.facets.planes,
             outlines.chains,
-            segments,
+            pieces,
             fate.keep,
             attempt.triangles,
-            attempt.piece_of_triangle,
+            attempt.patch_of_triangle,
         ),
     )
 
 
 def _spend(attempt: Attempt, fate: _Fate) -> Spent:
     """Return how far edges and facets of the result are from what they replace."""
-    budget, segments, outlines = attempt.budget, attempt.segments, attempt.outlines
-    chain = segments.chain
-    gone = np.bincount(attempt.piece_of_triangle, minlength=len(fate.keep)) == 0
-    bound = np.hypot(budget.width, budget.drift(outlines, segments, np.ones(len(chain), bool)))
+    budget, pieces, outlines = attempt.budget, attempt.pieces, attempt.outlines
+    chain = pieces.chain
+    gone = np.bincount(attempt.patch_of_triangle, minlength=len(fate.keep)) == 0
+    bound = np.hypot(budget.width, budget.drift(outlines, pieces, np.ones(len(chain), bool)))
     of_gone = outlines.spread_to_chains(np.where(gone, bound, 0.0))
-    keys = key_edges(segments.begin, segments.end, len(attempt.surface.points))
-    edges, edge_of_segment = np.unique(keys, return_inverse=True)
+    keys = key_edges(pieces.begin, pieces.end, len(attempt.surface.points))
+    edges, edge_of_piece = np.unique(keys, return_inverse=True)
     distance, vanished, folded = np.zeros(len(edges)), np.zeros(len(edges)), np.zeros(len(fate.level))
-    np.maximum.at(distance, edge_of_segment, segments.deviation + budget.spent[chain])
-    np.maximum.at(vanished, edge_of_segment, np.maximum(of_gone[chain], budget.bound_vanished(segments)))
-    np.maximum.at(folded, fate.facet_of_piece, budget.fold + budget.reach)
+    np.maximum.at(distance, edge_of_piece, pieces.deviation + budget.spent[chain])
+    np.maximum.at(vanished, edge_of_piece, np.maximum(of_gone[chain], budget.bound_vanished(pieces)))
+    np.maximum.at(folded, fate.facet_of_patch, budget.fold + budget.reach)
     return Spent(edges, distance, vanished, folded)
 
 
 def _take_result(attempt: Attempt, fate: _Fate, planes: Values, tolerance: float) -> FacetedSurface:
     """Return the result of a pass as the surface of the next, with the facets of the first."""
     faces, order = sort_faces(attempt.triangles)
-    facets = _core.Facets(fate.facet_of_piece[attempt.piece_of_triangle[order]], planes)
+    facets = _core.Facets(fate.facet_of_patch[attempt.patch_of_triangle[order]], planes)
     points = attempt.surface.points
     halfedges = _core.pair_halfedges(points, faces, None, tolerance)
     return FacetedSurface(points, faces, attempt.surface.decided, halfedges, facets)

@@ -15,67 +15,67 @@ from ..model import Faces, Flags, Indices, Values, cast_indices
 class TracedOutlines:
     """The chains between facets, and where each is used.
 
-    A facet of which some faces stay is traced as several pieces; without such faces pieces are facets.
+    A facet of which some faces stay is traced as several patches; without such faces patches are facets.
 
     Attributes
     ----------
     chains : _core.Outlines
-    piece_count : int
+    patch_count : int
     """
 
     chains: _core.Outlines
-    piece_count: int
-    piece_of_use: Indices = field(init=False)
+    patch_count: int
+    patch_of_use: Indices = field(init=False)
     _chain_of_position: Indices = field(init=False)
     _chain_of_use: Indices = field(init=False)
-    _chain_by_piece: Indices = field(init=False)
-    _start_of_piece: Indices = field(init=False)
+    _chain_by_patch: Indices = field(init=False)
+    _start_of_patch: Indices = field(init=False)
 
     def __post_init__(self) -> None:
         number = np.arange(self.chain_count, dtype=np.int32)
-        self.piece_of_use = self.chains.use_facet
+        self.patch_of_use = self.chains.use_facet
         self._chain_of_position = np.repeat(number, np.diff(self.chains.chain_start))
         self._chain_of_use = np.repeat(number, np.diff(self.chains.use_start))
-        self._chain_by_piece = self._chain_of_use[np.argsort(self.piece_of_use, kind="stable")]
-        counts = np.bincount(self.piece_of_use, minlength=self.piece_count)
-        self._start_of_piece = cast_indices(np.concatenate([[0], np.cumsum(counts)]))
+        self._chain_by_patch = self._chain_of_use[np.argsort(self.patch_of_use, kind="stable")]
+        counts = np.bincount(self.patch_of_use, minlength=self.patch_count)
+        self._start_of_patch = cast_indices(np.concatenate([[0], np.cumsum(counts)]))
 
     @property
     def chain_count(self) -> int:
         """Number of chains."""
         return len(self.chains.use_start) - 1
 
-    def pieces_at(self, points: Indices | NDArray[np.int64], point_count: int) -> NDArray[np.int64]:
-        """Return the pieces beside the chains that pass some points."""
+    def patches_at(self, points: Indices | NDArray[np.int64], point_count: int) -> NDArray[np.int64]:
+        """Return the patches beside the chains that pass some points."""
         marked = np.zeros(point_count, bool)
         marked[points] = True
         chain = np.zeros(self.chain_count, bool)
         chain[self._chain_of_position[marked[self.chains.chain_points]]] = True
-        return np.unique(self.piece_of_use[chain[self._chain_of_use]])
+        return np.unique(self.patch_of_use[chain[self._chain_of_use]])
 
-    def chains_of(self, piece: np.int32) -> Indices:
-        """Return the chains of a piece."""
-        return self._chain_by_piece[self._start_of_piece[piece] : self._start_of_piece[piece + 1]]
+    def chains_of(self, patch: np.int32) -> Indices:
+        """Return the chains of a patch."""
+        return self._chain_by_patch[self._start_of_patch[patch] : self._start_of_patch[patch + 1]]
 
-    def points_of(self, piece: np.int32) -> Indices:
-        """Return the points of all chains of a piece."""
+    def points_of(self, patch: np.int32) -> Indices:
+        """Return the points of all chains of a patch."""
         start = self.chains.chain_start
-        runs = [self.chains.chain_points[start[c] : start[c + 1]] for c in self.chains_of(piece)]
+        runs = [self.chains.chain_points[start[c] : start[c + 1]] for c in self.chains_of(patch)]
         return np.unique(np.concatenate(runs)) if runs else np.empty(0, np.int32)
 
-    def spread_to_chains(self, of_piece: Values) -> Values:
-        """Return the greatest value among the pieces beside each chain."""
-        if len(self.piece_of_use) == 0:
+    def spread_to_chains(self, of_patch: Values) -> Values:
+        """Return the greatest value among the patches beside each chain."""
+        if len(self.patch_of_use) == 0:
             return np.zeros(self.chain_count)
-        return np.maximum.reduceat(of_piece[self.piece_of_use], self.chains.use_start[:-1])
+        return np.maximum.reduceat(of_patch[self.patch_of_use], self.chains.use_start[:-1])
 
-    def spread_to_pieces(self, values: Values, chain: Indices) -> Values:
-        """Return the greatest value among the chains of each piece; each value belongs to a chain."""
+    def spread_to_patches(self, values: Values, chain: Indices) -> Values:
+        """Return the greatest value among the chains of each patch; each value belongs to a chain."""
         of_chain = np.zeros(self.chain_count)
         np.maximum.at(of_chain, chain, values)
-        of_piece = np.zeros(self.piece_count)
-        np.maximum.at(of_piece, self.piece_of_use, of_chain[self._chain_of_use])
-        return of_piece
+        of_patch = np.zeros(self.patch_count)
+        np.maximum.at(of_patch, self.patch_of_use, of_chain[self._chain_of_use])
+        return of_patch
 
     def edges(self) -> tuple[Indices, Indices, NDArray[np.int64]]:
         """Return both ends of all edges of chains, chain after chain, and the first edge of each chain."""
@@ -88,7 +88,7 @@ class TracedOutlines:
 def trace_outlines(
     faces: Faces, point_count: int, halfedges: _core.Halfedges, facets: _core.Facets, keep: Flags
 ) -> TracedOutlines:
-    """Trace the chains between the pieces of facets.
+    """Trace the chains between the patches of facets.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def trace_outlines(
     halfedges, facets
         As found on these faces.
     keep : (p,) uint8
-        Pieces whose faces stay.
+        Patchs whose faces stay.
     """
     return TracedOutlines(_core.trace_outlines(faces, point_count, halfedges, facets, keep), len(facets.planes))
 

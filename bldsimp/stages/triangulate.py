@@ -38,11 +38,11 @@ class Cause(IntEnum):
 
 @dataclass(frozen=True)
 class Failure:
-    """A piece that does not fit.
+    """A patch that does not fit.
 
     Attributes
     ----------
-    piece : int
+    patch : int
     cause : Cause
     culprits : (k,) int32
         Dropped points that may be to blame.
@@ -50,7 +50,7 @@ class Failure:
         Edges at which it does not fit; a point, where both ends are one.
     """
 
-    piece: np.int32
+    patch: np.int32
     cause: Cause
     culprits: Indices
     trouble: Indices
@@ -63,23 +63,23 @@ class Attempt:
     Attributes
     ----------
     surface : FacetedSurface
-        Its facets are the pieces.
+        Its facets are the patches.
     outlines : TracedOutlines
     budget : Budget
     keep : (p,) uint8
-        Pieces whose faces stay.
+        Patchs whose faces stay.
     must : (n,) uint8
         Points that stay.
     dirty : (p,) bool
-        Pieces to triangulate anew.
+        Patchs to triangulate anew.
     kept : (n,) uint8
         Points that are kept now.
-    segments : _core.Pieces
+    pieces : _core.Pieces
         The straight lines that replace runs of chains.
     edges : _core.PieceEdges
-        How the edges of segments must be used.
-    triangles, piece_of_triangle, unchanged
-        The triangles of all pieces, and which pieces have their own faces.
+        How the edges of pieces must be used.
+    triangles, patch_of_triangle, unchanged
+        The triangles of all patches, and which patches have their own faces.
     """
 
     surface: FacetedSurface
@@ -89,10 +89,10 @@ class Attempt:
     must: Flags
     dirty: NDArray[np.bool_] = field(init=False)
     kept: Flags = field(init=False)
-    segments: _core.Pieces = field(init=False)
+    pieces: _core.Pieces = field(init=False)
     edges: _core.PieceEdges = field(init=False)
     triangles: Faces = field(init=False)
-    piece_of_triangle: Indices = field(init=False)
+    patch_of_triangle: Indices = field(init=False)
     unchanged: Flags = field(init=False)
 
     def __post_init__(self) -> None:
@@ -101,79 +101,79 @@ class Attempt:
         self.dirty = np.ones(count, bool)
         self.kept = np.zeros(len(self.surface.points), np.uint8)
         self.triangles = np.empty((0, 3), np.int32)
-        self.piece_of_triangle = np.empty(0, np.int32)
+        self.patch_of_triangle = np.empty(0, np.int32)
         self.unchanged = np.zeros(count, np.uint8)
         self.statistics = Statistics()
 
-    def pieces_at(self, points: Indices | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the pieces beside the chains that pass some points."""
-        return self.outlines.pieces_at(points, len(self.surface.points))
+    def patches_at(self, points: Indices | NDArray[np.int64]) -> NDArray[np.int64]:
+        """Return the patches beside the chains that pass some points."""
+        return self.outlines.patches_at(points, len(self.surface.points))
 
-    def faces_of(self, piece: np.int32) -> Indices:
-        """Return the faces of a piece."""
-        return self.face_order[self.face_start[piece] : self.face_start[piece + 1]]
+    def faces_of(self, patch: np.int32) -> Indices:
+        """Return the faces of a patch."""
+        return self.face_order[self.face_start[patch] : self.face_start[patch + 1]]
 
-    def dropped_points_of(self, piece: np.int32) -> Indices:
-        """Return the points of a piece's chains that are not kept."""
-        points = self.outlines.points_of(piece)
+    def dropped_points_of(self, patch: np.int32) -> Indices:
+        """Return the points of a patch's chains that are not kept."""
+        points = self.outlines.points_of(patch)
         dropped: Indices = points[self.kept[points] == 0]
         return dropped
 
 
 def thin_chains(attempt: Attempt) -> None:
-    """Thin all chains; pieces beside a point whose fate changed must be triangulated anew."""
+    """Thin all chains; patches beside a point whose fate changed must be triangulated anew."""
     points, chains = attempt.surface.points, attempt.outlines.chains
     kept = _core.thin_chains(points, chains, attempt.budget.limit, attempt.must)
     kept[(attempt.surface.decided == GOES) & (attempt.must == 0)] = 0
-    attempt.dirty[attempt.pieces_at(np.flatnonzero(kept != attempt.kept))] = True
+    attempt.dirty[attempt.patches_at(np.flatnonzero(kept != attempt.kept))] = True
     attempt.kept = kept
-    attempt.segments = _core.lay_pieces(points, chains, kept)
-    attempt.edges = _core.merge_pieces(attempt.segments, chains)
+    attempt.pieces = _core.lay_pieces(points, chains, kept)
+    attempt.edges = _core.merge_pieces(attempt.pieces, chains)
 
 
-def triangulate_pieces(attempt: Attempt) -> list[Failure]:
-    """Triangulate the pieces that changed."""
+def triangulate_patches(attempt: Attempt) -> list[Failure]:
+    """Triangulate the patches that changed."""
     surface, wanted = attempt.surface, np.flatnonzero(attempt.dirty).astype(np.int32)
-    patches = _core.retriangulate(
+    made = _core.retriangulate(
         surface.points,
         surface.faces,
         attempt.face_start,
         attempt.face_order,
         surface.facets,
         attempt.outlines.chains,
-        attempt.segments,
+        attempt.pieces,
         attempt.kept,
         attempt.budget.allowed,
         wanted,
         attempt.keep,
     )
-    attempt.statistics += Statistics(*patches.statistics)
-    outcomes = patches.outcomes
+    attempt.statistics += Statistics(*made.statistics)
+    outcomes = made.outcomes
     attempt.unchanged[wanted] = outcomes == Cause.UNCHANGED
-    attempt.budget.reach[wanted] = patches.reach
-    old = ~attempt.dirty[attempt.piece_of_triangle]
-    attempt.triangles = np.concatenate([attempt.triangles[old], patches.triangles])
-    attempt.piece_of_triangle = np.concatenate([attempt.piece_of_triangle[old], patches.facet_of_triangle])
+    attempt.budget.reach[wanted] = made.reach
+    old = ~attempt.dirty[attempt.patch_of_triangle]
+    attempt.triangles = np.concatenate([attempt.triangles[old], made.triangles])
+    attempt.patch_of_triangle = np.concatenate([attempt.patch_of_triangle[old], made.facet_of_triangle])
     attempt.dirty[:] = False
     failed = np.flatnonzero(outcomes >= Cause.CROSSING)
     return [
         Failure(
             wanted[i],
             Cause(int(outcomes[i])),
-            _rows_of(wanted[i], patches.put_back)[:, 0],
-            _rows_of(wanted[i], patches.trouble),
+            _rows_of(wanted[i], made.put_back)[:, 0],
+            _rows_of(wanted[i], made.trouble),
         )
         for i in failed
     ]
 
 
 def find_misfits(attempt: Attempt) -> list[Failure]:
-    """Find pieces whose edges are not used as they must be."""
+    """Find patches whose edges are not used as they must be."""
     misfits = _core.find_misfits(
-        attempt.triangles, attempt.piece_of_triangle, attempt.edges, attempt.unchanged, attempt.outlines.chains
+        attempt.triangles, attempt.patch_of_triangle, attempt.edges, attempt.unchanged, attempt.outlines.chains
     )
-    ends = ((piece, np.unique(_rows_of(piece, misfits))) for piece in np.unique(misfits[:, 0]))
-    return [Failure(piece, Cause.MISFIT, own[:0], _as_edges(own)) for piece, own in ends]
+    ends = ((patch, np.unique(_rows_of(patch, misfits))) for patch in np.unique(misfits[:, 0]))
+    return [Failure(patch, Cause.MISFIT, own[:0], _as_edges(own)) for patch, own in ends]
 
 
 def find_parted(attempt: Attempt) -> list[Failure]:
@@ -184,7 +184,7 @@ def find_parted(attempt: Attempt) -> list[Failure]:
     before = np.zeros(count, np.int32)
     before[surface.facets.facet_of_face] = _core.find_components(surface.faces, len(surface.points))
     after = _core.find_components(attempt.triangles, len(surface.points))
-    pairs = np.unique(np.stack([attempt.piece_of_triangle, after], axis=1), axis=0)
+    pairs = np.unique(np.stack([attempt.patch_of_triangle, after], axis=1), axis=0)
     of_component = np.unique(np.stack([before[pairs[:, 0]], pairs[:, 1]], axis=1), axis=0)[:, 0]
     parted = of_component[1:][of_component[1:] == of_component[:-1]]
     if len(parted) == 0:
@@ -193,44 +193,44 @@ def find_parted(attempt: Attempt) -> list[Failure]:
     # A strip has vanished, or parted itself where it was narrow.
     strips = suspects & (np.bincount(pairs[:, 0], minlength=count) != 1)
     healed = attempt.edges.healed_pieces
-    chain, farthest = attempt.segments.chain[healed], attempt.segments.farthest[healed]
+    chain, farthest = attempt.pieces.chain[healed], attempt.pieces.farthest[healed]
     failures = []
-    for piece in np.flatnonzero(strips if strips.any() else suspects).astype(np.int32):
-        culprits = np.unique(farthest[np.isin(chain, attempt.outlines.chains_of(piece)) & (farthest >= 0)])
-        failures.append(Failure(piece, Cause.MISFIT, culprits, _NO_EDGES))
+    for patch in np.flatnonzero(strips if strips.any() else suspects).astype(np.int32):
+        culprits = np.unique(farthest[np.isin(chain, attempt.outlines.chains_of(patch)) & (farthest >= 0)])
+        failures.append(Failure(patch, Cause.MISFIT, culprits, _NO_EDGES))
     return failures
 
 
 def find_pierced(attempt: Attempt) -> list[Failure]:
-    """Find pieces that pass through another, where those two did not before."""
+    """Find patches that pass through another, where those two did not before."""
     points = attempt.surface.points
-    changed = attempt.unchanged[attempt.piece_of_triangle] == 0
+    changed = attempt.unchanged[attempt.patch_of_triangle] == 0
     crossing = _core.find_crossings(points, attempt.triangles, changed.astype(np.uint8))
-    crossing = crossing[~_crossed_before(attempt, attempt.piece_of_triangle[crossing])]
+    crossing = crossing[~_crossed_before(attempt, attempt.patch_of_triangle[crossing])]
     triangles = np.unique(crossing)
     triangles = triangles[changed[triangles]]
-    pieces = attempt.piece_of_triangle[triangles]
-    segments = attempt.segments
+    patches = attempt.patch_of_triangle[triangles]
+    pieces = attempt.pieces
     failures = []
-    for piece in np.unique(pieces):
-        own = attempt.triangles[triangles[pieces == piece]]
+    for patch in np.unique(patches):
+        own = attempt.triangles[triangles[patches == patch]]
         edges = key_edges(own, np.roll(own, -1, axis=1), len(points))
-        on_edge = np.isin(key_edges(segments.begin, segments.end, len(points)), edges) & (segments.farthest >= 0)
-        culprits = np.unique(segments.farthest[on_edge])
-        failures.append(Failure(piece, Cause.PIERCED, culprits, _as_edges(np.unique(own))))
+        on_edge = np.isin(key_edges(pieces.begin, pieces.end, len(points)), edges) & (pieces.farthest >= 0)
+        culprits = np.unique(pieces.farthest[on_edge])
+        failures.append(Failure(patch, Cause.PIERCED, culprits, _as_edges(np.unique(own))))
     return failures
 
 
 def try_facets(attempt: Attempt) -> Iterator[list[Failure]]:
     """Triangulate and put together; yield the failures of each step, after which the next needs none."""
-    yield triangulate_pieces(attempt)
+    yield triangulate_patches(attempt)
     yield find_misfits(attempt)
     yield find_parted(attempt)
     yield find_pierced(attempt)
 
 
 def _crossed_before(attempt: Attempt, pairs: Indices) -> NDArray[np.bool_]:
-    """Tell whether faces of both pieces of each pair passed through one another."""
+    """Tell whether faces of both patches of each pair passed through one another."""
     if not len(pairs):
         return np.zeros(0, bool)
     surface, count = attempt.surface, len(attempt.surface.points)
@@ -246,7 +246,7 @@ def _as_edges(points: Indices) -> Indices:
     return np.stack([points, points], axis=1)
 
 
-def _rows_of(piece: np.int32, rows: Indices) -> Indices:
-    """Return what follows the piece in the rows that belong to it; `rows` are sorted."""
-    low, high = np.searchsorted(rows[:, 0], [piece, piece + 1])
+def _rows_of(patch: np.int32, rows: Indices) -> Indices:
+    """Return what follows the patch in the rows that belong to it; `rows` are sorted."""
+    low, high = np.searchsorted(rows[:, 0], [patch, patch + 1])
     return rows[low:high, 1:]

@@ -65,8 +65,8 @@ def run_both(mesh: Mesh, tolerance: float = 0.0) -> tuple[MeshResult, StandardMe
 def conform(outcome: MeshResult) -> _core.ConformResult:
     layout = outcome.layout
     return _core.conform(
-        outcome.points, layout.planes, layout.outlines, layout.segments,
-        layout.triangles, layout.piece_of_triangle, layout.keep,
+        outcome.points, layout.planes, layout.outlines, layout.pieces,
+        layout.triangles, layout.patch_of_triangle, layout.keep,
     )  # fmt: skip
 
 
@@ -95,7 +95,7 @@ def count_inside_circumcircles(points: np.ndarray, triangles: np.ndarray) -> int
 
 def find_cuts(outcome: MeshResult, result: StandardMesh) -> dict[tuple[int, int], np.ndarray]:
     """Points that cutting made, as shares of the way along the piece that they lie on."""
-    pieces = outcome.layout.segments
+    pieces = outcome.layout.pieces
     ends = np.unique(np.sort(np.stack([pieces.begin, pieces.end], axis=1), axis=1), axis=0)
     a, b = result.points[ends[:, 0]], result.points[ends[:, 1]]
     way = b - a
@@ -181,7 +181,7 @@ def find_sharp_points(outcome: MeshResult) -> set[int]:
     layout = outcome.layout
     uses, start = layout.outlines.use_facet, layout.outlines.use_start
     spokes: dict[tuple[int, int], list[np.ndarray]] = {}
-    for begin, end, chain in zip(layout.segments.begin, layout.segments.end, layout.segments.chain, strict=True):
+    for begin, end, chain in zip(layout.pieces.begin, layout.pieces.end, layout.pieces.chain, strict=True):
         way = outcome.points[end] - outcome.points[begin]
         way /= np.linalg.norm(way)
         for facet in uses[start[chain] : start[chain + 1]]:
@@ -322,7 +322,7 @@ def assert_same_rim(outcome: MeshResult) -> None:
     """Open edges run where they ran, and no edge is used more than twice where none was."""
     core, layout = conform(outcome), outcome.layout
     points = np.concatenate([outcome.points, core.made])
-    open_before, crowded_before = measure_rim(layout, outcome.points, layout.triangles, layout.piece_of_triangle)
+    open_before, crowded_before = measure_rim(layout, outcome.points, layout.triangles, layout.patch_of_triangle)
     open_after, crowded_after = measure_rim(layout, points, core.triangles, core.facet_of_triangle)
     assert open_after == pytest.approx(open_before, rel=1e-9)
     assert crowded_before > 0 or crowded_after == 0
