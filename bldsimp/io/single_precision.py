@@ -69,6 +69,7 @@ def choose_origin(points: Points) -> Values:
         return np.zeros(3)
     low, high = points.min(axis=0), points.max(axis=0)
     grid = np.ldexp(1.0, np.frexp(high - low)[1] - 2)
-    middle = np.where(high == low, low, np.rint((low + high) / 2.0 / grid) * grid)
+    # Adding zero turns -0.0 into 0.0.
+    middle = np.where(high == low, low, np.rint((low + high) / 2.0 / grid) * grid + 0.0)
     origin = middle.astype(np.float32).astype(np.float64)
     return origin if WORTH_MOVING * measure_rounding(points, origin) <= at_zero else np.zeros(3)
