@@ -10,7 +10,6 @@ from html import escape
 from typing import Any
 
 from ..display import sanitize_line
-from ..errors import UsageError
 
 PIXELS_PER_INCH = 96.0
 """Of the units of a drawing, as in CSS."""
@@ -108,20 +107,6 @@ def _format_shape(shape: Shape) -> str:
         chosen = f' class="mark" data-row="{shape.number}"'
         inside = f'<circle class="hit" r="11" fill="#fff0"/><circle class="ring" r="9" fill="none"/>{inside}'
     return f'<g{chosen} transform="translate({shape.x:.4g} {shape.y:.4g})">{inside}</g>'
-
-
-def check_png() -> None:
-    """Check that PNG can be written.
-
-    Raises
-    ------
-    UsageError
-        If matplotlib is not installed.
-    """
-    try:
-        import matplotlib.figure  # noqa: F401  (sought before hours of work, used after them)
-    except ImportError as error:
-        raise UsageError("a chart as PNG needs matplotlib: pip install matplotlib, or write .svg") from error
 
 
 def render_png(drawing: Drawing) -> bytes:

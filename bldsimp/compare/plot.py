@@ -12,11 +12,12 @@ import textwrap
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path as FilePath
 
 from ..display import sanitize_line
 from ..errors import UsageError
-from .drawing import Drawing, Path, Shape, ShapeGroup, Text, check_png, format_svg, measure_words, render_png
+from .drawing import Drawing, Path, Shape, ShapeGroup, Text, format_svg, measure_words, render_png
 from .rows import SAME_POINTS, Comparison, MethodRow
 
 SUFFIXES = (".svg", ".png")
@@ -140,8 +141,8 @@ def check_plot(suffix: str) -> None:
     """
     if suffix.lower() not in SUFFIXES:
         raise UsageError(f"a chart cannot be written as '{suffix}': use {' or '.join(SUFFIXES)}")
-    if suffix.lower() == ".png":
-        check_png()
+    if suffix.lower() == ".png" and find_spec("matplotlib") is None:
+        raise UsageError("a chart as PNG needs matplotlib: pip install matplotlib, or write .svg")
 
 
 def draw_chart(

@@ -18,6 +18,7 @@ from shapes import fine_box, obj_text, write
 
 from bldsimp.cli import main
 from bldsimp.compare import drawing as drawing_module
+from bldsimp.compare import plot as plot_module
 from bldsimp.compare.drawing import Drawing, Shape, ShapeGroup, Text, build_figure, format_svg
 from bldsimp.compare.drawing import Path as Line
 from bldsimp.compare.placement import PlacedSurface
@@ -282,7 +283,8 @@ class TestFiles:
         assert 0 < low[1] < high[1] < drawing.height - 2 * PANEL_HEIGHT / 3
 
     def test_svg_needs_no_matplotlib_and_png_says_how_to_get_it(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+        monkeypatch.setattr(plot_module, "find_spec", lambda name: None)
+        monkeypatch.setitem(sys.modules, "matplotlib", None)
         assert draw_plot([make_house()], ".svg").startswith(b"<svg ")
         with pytest.raises(UsageError, match="pip install matplotlib"):
             draw_plot([make_house()], ".png")
