@@ -70,8 +70,9 @@ def measure(model: Path, tolerance: str, runs: int) -> tuple[list[object], dict[
         files = {code.co_filename for code in functions}
         timings = [time_stages(run) for _ in range(runs)]
     fastest = min(timings, key=lambda seconds: sum(seconds.values()))
+    once = [sum(calls[name] for name in names) for names in ONCE.values()]
     row = [
-        f"{model.stem} {tolerance}", meshes, *(sum(calls[name] for name in names) for names in ONCE.values()), calls.total(), len(functions), len(files),
+        f"{model.stem} {tolerance}", meshes, *once, calls.total(), len(functions), len(files),
         sum(fastest.values()) * 1e3,
     ]  # fmt: skip
     return row, {name: 1e3 * seconds for name, seconds in fastest.items()}
