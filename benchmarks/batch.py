@@ -313,7 +313,7 @@ def measure_planning(count: int) -> list[object]:
             manifest.append(invent_row(task))
         manifest.close()
         written = time.process_time()
-        done = collect_done(read_manifest(manifest.path), Options())  # type: ignore[attr-defined]
+        done = collect_done(read_manifest(manifest.path), Options())  # type: ignore[union-attr]
         read = time.process_time()
         left = select_remaining(tasks, done, layout.root, verify=False, jobs=2)
         compared = time.process_time()

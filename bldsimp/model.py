@@ -68,10 +68,10 @@ class Attribute:
         ``uv``, ``color`` (whatever is interpolated over a face), ``feature`` (numbers that name something, the same all
         over a face) or ``tangent`` (follows from UV and normals).
     values : (n, k) or (m, k) float64
-        NaN where a row or face has none. UV have v upwards, colours are in 0..1.
+        NaN where a row or face has none. UV have v upwards, colors are in 0..1.
     steps : (p, k) float64
         For each part, how many steps that can be told apart a unit is worth: texels of the largest image that reads
-        these UV, levels of a colour.
+        these UV, levels of a color.
     on_faces : bool
         One value for each face instead of each row.
     """
@@ -183,7 +183,7 @@ class SimplifiedMesh:
         told apart (two textures on a point that moved, two normals) are added at the end.
     faces : (k, 3) int32
         Per corner a row of `points`; where a position is stored in several rows, one that a
-        face of the same facet uses, so that its normal, UV and colours are the right ones.
+        face of the same facet uses, so that its normal, UV and colors are the right ones.
     part_of_face : (k,) int32
         Index into ``Mesh.parts``.
     row : (n,) int32
@@ -258,12 +258,12 @@ def check_finite(points: Points, corners: NDArray[Any]) -> None:
 def color_attribute(
     values: NDArray[np.float64], mesh: Mesh, *, name: str = "COLOR_0", on_faces: bool = False
 ) -> Attribute:
-    """Colours of rows or faces, (n, 3 or 4) in 0..1, NaN where one has none."""
+    """Colors of rows or faces, (n, 3 or 4) in 0..1, NaN where one has none."""
     return _attribute(name, "color", values, mesh, COLOR_LEVELS, on_faces)
 
 
 def custom_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, whole: bool, on_faces: bool) -> Attribute:
-    """What else rows or faces carry: whole numbers that are the same all over each face name something.
+    """Make an attribute of rows or faces: whole numbers that are the same all over each face name something.
 
     Parameters
     ----------
@@ -283,7 +283,7 @@ def custom_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, whol
 
 
 def label_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, on_faces: bool = False) -> Attribute:
-    """What names something, and has nothing between two values."""
+    """Make an attribute that names something, and has nothing between two values."""
     return _attribute(name, "feature", values, mesh, 1.0, on_faces)
 
 

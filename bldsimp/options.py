@@ -51,10 +51,10 @@ TEXTURE_TOLERANCE = 0.5
 """How far a texture may move on its wall, in texels."""
 
 COLOR_TOLERANCE = 1.5
-"""How far an interpolated colour may be off, in levels of 255: what their own rounding blurs, and a little more."""
+"""How far an interpolated color may be off, in levels of 255: what their own rounding blurs, and a little more."""
 
 COLOR_LEVELS = 255.0
-"""Levels of a colour that can be told apart."""
+"""Levels of a color that can be told apart."""
 
 CUSTOM_LEVELS = 1e5
 """Levels, up to the greatest magnitude, that can be told apart of interpolated numbers whose meaning is not known."""
@@ -142,7 +142,7 @@ class Options:
     normals : str
         ``auto``, ``flat``, ``smooth`` or ``none``.
     delimit : frozenset of str
-        What facets may not cross, of `DELIMITS`; UV, colours and feature ids that they may cross are dropped.
+        What facets may not cross, of `DELIMITS`; UV, colors and feature ids that they may cross are dropped.
     texture_tolerance : float
         How far a texture may move on its wall; texels.
     crease_angle : float

@@ -91,7 +91,9 @@ def simplify_mesh(
     again, so that its triangles are as well shaped as any.
     """
     try:
-        return _run_stages(mesh, tolerance, options, welded, decided, keep_layout, progress)
+        return _run_stages(
+            mesh, tolerance, options, welded, decided=decided, keep_layout=keep_layout, progress=progress
+        )
     except _core.KernelError as error:
         dump = _dump_input(mesh, tolerance, options)
         raise InternalError(f"{error}: a bug in bldsimp, {dump}") from error
@@ -102,6 +104,7 @@ def _run_stages(
     tolerance: float,
     options: Options,
     welded: WeldedMesh | None,
+    *,
     decided: DecidedPoints | None,
     keep_layout: bool,
     progress: _core.Progress | None,

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import solids
-from judged import broken, simplified
+from judged import find_broken, simplify_and_judge
 
 CORPUS = sorted((Path(__file__).parent / "corpus").glob("*.json"))
 
@@ -24,9 +24,9 @@ def test_what_broke_once_stays_mended(path: Path, request: pytest.FixtureRequest
         request.applymarker(pytest.mark.xfail(strict=True, reason=case["why"]))
     mesh = solids.shape(case["points"], case["faces"])
     for tolerance in {case["tolerance"], None, 0.0}:
-        first = simplified(mesh, tolerance)
-        assert broken(first, 1000) == [], f"{case['why']} (tolerance {tolerance})"
+        first = simplify_and_judge(mesh, tolerance)
+        assert find_broken(first, 1000) == [], f"{case['why']} (tolerance {tolerance})"
         for seed in range(4):
-            other = simplified(solids.shuffled(mesh, seed), tolerance)
+            other = simplify_and_judge(solids.shuffle(mesh, seed), tolerance)
             assert np.array_equal(first.result[0], other.result[0])
             assert np.array_equal(first.result[1], other.result[1])

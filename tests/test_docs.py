@@ -51,7 +51,7 @@ def find_sentences(text: str) -> list[str]:
     return [one for block in blocks for one in re.split(r"(?<=[.?!])\s+(?=[A-Z`*(])", " ".join(block.split()))]
 
 
-def python_names(source: str) -> set[str]:
+def find_python_names(source: str) -> set[str]:
     """Return functions, methods, classes and top-level values that a module defines."""
     tree = ast.parse(source)
     definitions = (ast.FunctionDef, ast.ClassDef)
@@ -62,7 +62,7 @@ def python_names(source: str) -> set[str]:
     return names
 
 
-def cpp_names(source: str) -> set[str]:
+def find_cpp_names(source: str) -> set[str]:
     """Return functions that a file declares or defines, and its types, with and without their namespace."""
     code = re.sub(r"//.*", "", source)
     names = set(re.findall(r"^\s*(?:struct|class|enum class)\s+(\w+)", code, re.MULTILINE))
@@ -129,16 +129,16 @@ def test_names_are_defined_in_the_files_they_link_to(document: Path) -> None:
     named = [(name, target) for name, target in named if "/" not in name]
     for name, target in named:
         source = target.read_text(encoding="utf-8")
-        known = python_names(source) if target.suffix == ".py" else cpp_names(source)
+        known = find_python_names(source) if target.suffix == ".py" else find_cpp_names(source)
         assert name in known, f"{target.name} defines no {name}"
 
 
 def test_a_name_that_is_only_called_is_not_taken_for_a_definition() -> None:
-    names = cpp_names(
+    names = find_cpp_names(
         "struct Net {};\nint walk(Index h) {\n  return step(h);\n  jump(h);\n  if (skip(h)) x = hop(h);\n}\n"
     )
     assert names == {"Net", "walk"}
-    assert python_names("A = 1\ndef f():\n    return g()\n") == {"A", "f"}
+    assert find_python_names("A = 1\ndef f():\n    return g()\n") == {"A", "f"}
 
 
 def test_each_formula_step_and_figure_of_the_article_has_its_row() -> None:

@@ -39,12 +39,12 @@ def run(
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=False, **options)
 
 
-def cells(table: str) -> list[list[str]]:
+def split_cells(table: str) -> list[list[str]]:
     """Rows of a table by words."""
     return [line.split() for line in table.splitlines()]
 
 
-def aligned(table: str) -> bool:
+def is_aligned(table: str) -> bool:
     """Whether the last column of full rows ends in one place."""
     return len({len(line) for line in table.splitlines() if not line.endswith("failed")}) == 1
 
@@ -63,21 +63,21 @@ class TestSimplifyFolder:
         assert "b.obj" in done.stderr
         assert sorted(path.name for path in target.iterdir()) == ["a.glb", "c d.glb"]
         assert all(len(trimesh.load_mesh(path).vertices) == 8 for path in target.iterdir())
-        head, first, second, third, total = cells(done.stdout)
+        head, first, second, third, total = split_cells(done.stdout)
         assert head[:5] == ["file", "points", "left", "triangles", "left"]
         assert first[:5] == ["a.obj", "26", "8", "48", "12"]
         assert first[6] == "yes"
         assert second == ["b.obj", "failed"]
         assert third[:6] == ["c", "d.OBJ", "26", "8", "48", "12"]
         assert total[:5] == ["all", "52", "16", "96", "24"]
-        assert aligned(done.stdout)
+        assert is_aligned(done.stdout)
 
     def test_a_folder_of_good_files_ends_well_and_options_are_passed_on(self, tmp_path: Path) -> None:
         CUBE.export(tmp_path / "a.obj")
         assert run(self.SCRIPT, tmp_path, tmp_path, "-q").returncode == 0
         again = run(self.SCRIPT, tmp_path, tmp_path, "-q")
         assert again.returncode == 1
-        assert ["a.obj", "failed"] in cells(again.stdout)
+        assert ["a.obj", "failed"] in split_cells(again.stdout)
         assert run(self.SCRIPT, tmp_path, tmp_path, "-q", "--overwrite").returncode == 0
 
     def test_a_folder_without_models_is_an_error(self, tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ class TestSweepTolerances:
         CUBE.export(model)
         done = run(self.SCRIPT, model, "0", "auto", "0.1%", "0.02", cwd=tmp_path)
         assert done.returncode == 0
-        head, *rows = cells(done.stdout)
+        head, *rows = split_cells(done.stdout)
         assert " ".join(head) == "tolerance model units points of input triangles deviation kB seconds"
         assert [row[0] for row in rows] == ["0", "auto", "0.1%", "0.02"]
         assert [row[2:5] for row in rows] == [["8", "30.8%", "12"]] * 4
@@ -103,7 +103,7 @@ class TestSweepTolerances:
         assert rows[3][1] == "0.02"
         made = sorted(path.name for path in (tmp_path / "my house_sweep").iterdir())
         assert made == [f"my house_{label}.glb" for label in ("0.02", "0.1pct", "0", "auto")]
-        assert aligned(done.stdout)
+        assert is_aligned(done.stdout)
 
     def test_a_wrong_tolerance_has_its_row_and_a_second_run_writes_anew(self, tmp_path: Path) -> None:
         CUBE.export(tmp_path / "a.obj")
@@ -111,27 +111,27 @@ class TestSweepTolerances:
             done = run(self.SCRIPT, tmp_path / "a.obj", "x", "auto", env={"OUT": str(tmp_path / "o")})
             assert done.returncode == 1
             assert "'x' is not a length" in done.stderr
-            assert cells(done.stdout)[1] == ["x", "failed"]
+            assert split_cells(done.stdout)[1] == ["x", "failed"]
             assert [path.name for path in (tmp_path / "o").iterdir()] == ["a_auto.glb"]
 
     def test_without_tolerances_it_takes_its_own(self, tmp_path: Path) -> None:
         CUBE.export(tmp_path / "a.obj")
         done = run(self.SCRIPT, "a.obj", cwd=tmp_path)
-        assert [row[0] for row in cells(done.stdout)[1:]] == ["auto", "0.01%", "0.1%", "0.5%", "1%"]
+        assert [row[0] for row in split_cells(done.stdout)[1:]] == ["auto", "0.01%", "0.1%", "0.5%", "1%"]
         assert run(self.SCRIPT).returncode == 2
 
 
 class TestStopWhenWorse:
     SCRIPT = "stop_when_worse.sh"
 
-    def models(self, folder: Path) -> list[Path]:
+    def write_models(self, folder: Path) -> list[Path]:
         """Three boxes; the middle one has a name that the spoiler knows, with spaces."""
         paths = [folder / name for name in ("first one.obj", "bad one.obj", "last.obj")]
         for path in paths:
             CUBE.export(path)
         return paths
 
-    def spoiler(self, folder: Path, spoil: str) -> Path:
+    def write_spoiler(self, folder: Path, spoil: str) -> Path:
         """A folder with a bldsimp that spoils what it says or writes of the bad one."""
         command = folder / "bin" / "bldsimp"
         command.parent.mkdir()
@@ -140,7 +140,7 @@ class TestStopWhenWorse:
         return command.parent
 
     def test_good_files_are_all_done(self, tmp_path: Path) -> None:
-        done = run(self.SCRIPT, "auto", tmp_path / "light", *self.models(tmp_path))
+        done = run(self.SCRIPT, "auto", tmp_path / "light", *self.write_models(tmp_path))
         assert (done.returncode, done.stderr) == (0, "")
         assert len(done.stdout.splitlines()) == 3
         assert "first one.obj: 26 points -> 8, within " in done.stdout
@@ -159,8 +159,8 @@ class TestStopWhenWorse:
         ],
     )
     def test_it_stops_at_the_first_that_is_worse(self, tmp_path: Path, spoil: str, told: str) -> None:
-        folder = self.spoiler(tmp_path, spoil)
-        done = run(self.SCRIPT, "auto", tmp_path / "light", *self.models(tmp_path), first_on_path=folder)
+        folder = self.write_spoiler(tmp_path, spoil)
+        done = run(self.SCRIPT, "auto", tmp_path / "light", *self.write_models(tmp_path), first_on_path=folder)
         assert done.returncode == 3
         assert "bad one.obj came out worse: " in done.stderr
         assert told in done.stderr
@@ -176,7 +176,7 @@ class TestStopWhenWorse:
         assert "more than 0" in done.stderr
 
     def test_an_unreadable_file_stops_it_with_the_exit_code_of_bldsimp(self, tmp_path: Path) -> None:
-        first, _, last = self.models(tmp_path)
+        first, _, last = self.write_models(tmp_path)
         done = run(self.SCRIPT, "auto", tmp_path / "light", first, tmp_path / "not there.obj", last)
         assert done.returncode == 1
         assert "not there.obj" in done.stderr

@@ -29,8 +29,8 @@ FLOORS = (
 )
 """Rooms from the ground up: a module imports from its own floor or from below."""
 
-SILENT = ("tolerance", "unique_rows", "triangulation", "stages", "result", "pipeline")
-"""Rooms that know neither files nor the screen."""
+SILENT = ("tolerance", "unique_rows", "triangulation", "stages", "result")
+"""Rooms that know neither files nor the screen; `pipeline` writes an input that fails, where asked."""
 
 OUTSIDE = {"click", "glob", "io", "logging", "os", "pathlib", "shutil", "subprocess", "sys", "tempfile"}
 """Modules that lead to files or to the screen."""
@@ -56,7 +56,7 @@ def parse(path: Path) -> ast.Module:
 
 
 @cache
-def modules() -> dict[str, ast.Module]:
+def load_modules() -> dict[str, ast.Module]:
     """Return the syntax tree of each module of the package by its dotted name without `bldsimp.`."""
     trees = {}
     for path in sorted(PACKAGE.rglob("*.py")):
@@ -67,7 +67,7 @@ def modules() -> dict[str, ast.Module]:
 
 def find_imports(name: str, tree: ast.AST) -> Iterator[tuple[str, list[str]]]:
     """Yield each module of the package that a module imports, with the names that it takes from there."""
-    known = modules()
+    known = load_modules()
     is_package = (PACKAGE / Path(*name.split("."))).is_dir()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -83,38 +83,38 @@ def find_imports(name: str, tree: ast.AST) -> Iterator[tuple[str, list[str]]]:
 
 
 @cache
-def graph() -> dict[str, set[str]]:
+def build_graph() -> dict[str, set[str]]:
     """Return the modules that each module imports, without the core and the package itself."""
     return {
         name: {target for target, _ in find_imports(name, tree) if target not in ("", "_core", name)}
-        for name, tree in modules().items()
+        for name, tree in load_modules().items()
     }
 
 
-def floor_of(module: str) -> int:
+def find_floor(module: str) -> int:
     """Return the floor of a module."""
     (floor,) = [number for number, rooms in enumerate(FLOORS) if module.split(".")[0] in rooms]
     return floor
 
 
 def test_every_room_has_a_floor() -> None:
-    rooms = {name.split(".")[0] for name in modules()} - {""}
+    rooms = {name.split(".")[0] for name in load_modules()} - {""}
     assert rooms <= {room for rooms in FLOORS for room in rooms}
 
 
 def test_imports_lead_downwards() -> None:
     found = {
         (name, target)
-        for name, targets in graph().items()
+        for name, targets in build_graph().items()
         if name
         for target in targets
-        if floor_of(target) > floor_of(name)
+        if find_floor(target) > find_floor(name)
     }
     assert found == UPWARD
 
 
 def test_no_imports_run_in_a_circle() -> None:
-    edges = graph()
+    edges = build_graph()
     reached = {name: set(targets) for name, targets in edges.items() if name}
     for _ in reached:
         grown = {name: targets.union(*(reached[target] for target in targets)) for name, targets in reached.items()}
@@ -126,7 +126,7 @@ def test_no_imports_run_in_a_circle() -> None:
 
 def test_the_core_has_one_door() -> None:
     """`from .. import _core` alone, so that a reader finds every call of a kernel by `_core.`."""
-    for name, tree in modules().items():
+    for name, tree in load_modules().items():
         for target, names in find_imports(name, tree):
             assert not (target == "_core" and names), f"{name}: from .. import _core"
         aliases = [node for node in ast.walk(tree) if isinstance(node, ast.alias) and "_core" in node.name]
@@ -150,14 +150,14 @@ def find_calls(tree: ast.AST) -> set[str]:
 
 
 def test_stages_know_neither_files_nor_the_screen() -> None:
-    for name, tree in modules().items():
+    for name, tree in load_modules().items():
         if name.split(".")[0] in SILENT:
             assert not find_libraries(tree) & OUTSIDE, name
             assert not find_calls(tree) & {"open", "print", "input"}, name
 
 
 def test_only_the_command_line_prints() -> None:
-    for name, tree in modules().items():
+    for name, tree in load_modules().items():
         if name.split(".")[0] != "cli":
             assert "click" not in find_libraries(tree), name
             assert "print" not in find_calls(tree), name
@@ -166,23 +166,23 @@ def test_only_the_command_line_prints() -> None:
 # Sizes and names
 
 
-def python_files() -> list[Path]:
+def list_python_files() -> list[Path]:
     """Return every Python file of the checkout."""
     rooms = ("bldsimp", "tests", "benchmarks", "examples", ".ci")
     return sorted(path for room in rooms for path in (ROOT / room).rglob("*.py"))
 
 
-def source_files() -> list[Path]:
+def list_source_files() -> list[Path]:
     """Return every file of code of the checkout."""
     suffixes = (".cpp", ".hpp", ".js", ".html", ".sh")
     rooms = ("bldsimp", "tests", "benchmarks", "examples")
     others = [path for room in rooms for path in (ROOT / room).rglob("*") if path.suffix in suffixes]
-    return python_files() + sorted(path for path in others if ".min." not in path.name)
+    return list_python_files() + sorted(path for path in others if ".min." not in path.name)
 
 
 def test_no_function_is_too_long() -> None:
     long = []
-    for path in python_files():
+    for path in list_python_files():
         for node in ast.walk(parse(path)):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 first = node.body[0]
@@ -195,7 +195,7 @@ def test_no_function_is_too_long() -> None:
 
 
 def test_no_file_is_too_long() -> None:
-    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in source_files()}
+    lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in list_source_files()}
     long = {str(path.relative_to(ROOT)): length for path, length in lengths.items() if length > LONGEST_FILE}
     assert long == {}
 
@@ -203,7 +203,7 @@ def test_no_file_is_too_long() -> None:
 def test_few_warnings_are_switched_off_and_each_has_its_reason() -> None:
     """A reason stands behind the rule, or in a comment on the line above."""
     found = []
-    for path in python_files():
+    for path in list_python_files():
         above = ""
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             switch = re.search(r"# [n]oqa(?P<rules>: ?[A-Z0-9, ]*[0-9])?(?P<reason>.*)", line)
@@ -218,7 +218,7 @@ def test_few_warnings_are_switched_off_and_each_has_its_reason() -> None:
 def test_a_public_name_means_one_thing() -> None:
     """Commands of the command line are named after the functions that they call."""
     homes = defaultdict(set)
-    for module, tree in modules().items():
+    for module, tree in load_modules().items():
         for node in tree.body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
                 is_command = any("command" in ast.unparse(decorator) for decorator in node.decorator_list)

@@ -39,11 +39,11 @@ BUILDINGS = ("building_a.obj", "building_b.obj", "building_a.glb", "building_b.g
 SLOW_WHEN_ROUGH = {"exact/cesium_building_tower.glb", "exact/oversampled_100k.glb"}
 
 
-def scene_of(path: Path) -> Scene:
+def read_scene(path: Path) -> Scene:
     return read(path, path.suffix[1:].lower())
 
 
-def lighter(mesh: Mesh, light: SimplifiedMesh) -> Mesh:
+def rebuild_mesh(mesh: Mesh, light: SimplifiedMesh) -> Mesh:
     """The result as a mesh again."""
     return Mesh(
         mesh.name, light.points, light.faces, light.part_of_face, mesh.parts, mesh.transforms,
@@ -51,17 +51,17 @@ def lighter(mesh: Mesh, light: SimplifiedMesh) -> Mesh:
     )  # fmt: skip
 
 
-def judged(scene: Scene, tolerance: Tolerance) -> list[Mesh]:
+def judge_scene(scene: Scene, tolerance: Tolerance) -> list[Mesh]:
     """Simplify a scene, have every mesh judged, and return the results."""
     options = Options(tolerance=tolerance, delimit=frozenset())
     lights, report = simplify_scene(scene, options)
     results = []
     for mesh, light in zip(scene.meshes, lights, strict=True):
-        results.append(lighter(mesh, light))
+        results.append(rebuild_mesh(mesh, light))
         stretch = scale(mesh) or 1.0
-        found = judge.broken(
-            judge.surface(mesh.points, mesh.faces),
-            judge.surface(light.points, light.faces),
+        found = judge.find_broken(
+            judge.make_surface(mesh.points, mesh.faces),
+            judge.make_surface(light.points, light.faces),
             report.tolerance / stretch,
             report.deviation / stretch,
             healed=report.healed_t_junctions,
@@ -71,25 +71,25 @@ def judged(scene: Scene, tolerance: Tolerance) -> list[Mesh]:
     return results
 
 
-def points_of(meshes: list[Mesh]) -> int:
-    return sum(len(judge.surface(mesh.points, mesh.faces).points) for mesh in meshes)
+def count_points(meshes: list[Mesh]) -> int:
+    return sum(len(judge.make_surface(mesh.points, mesh.faces).points) for mesh in meshes)
 
 
 @pytest.mark.parametrize("name", defer(MODELS, LARGE_MODELS))
 def test_models_keep_every_promise(name: str, models: Path) -> None:
-    judged(scene_of(models / name), Tolerance())
+    judge_scene(read_scene(models / name), Tolerance())
 
 
 @pytest.mark.parametrize("tolerance", [Tolerance(), Tolerance(1e-4, "percent"), Tolerance(9e-4, "percent")], ids=str)
 @pytest.mark.parametrize("name", defer(MODELS, LARGE_MODELS))
 def test_a_second_run_drops_next_to_nothing(name: str, tolerance: Tolerance, models: Path) -> None:
-    scene = scene_of(models / name)
+    scene = read_scene(models / name)
     options = Options(tolerance=tolerance, delimit=frozenset())
     lights, _ = simplify_scene(scene, options)
-    scene.meshes = once = [lighter(mesh, light) for mesh, light in zip(scene.meshes, lights, strict=True)]
+    scene.meshes = once = [rebuild_mesh(mesh, light) for mesh, light in zip(scene.meshes, lights, strict=True)]
     lights, _ = simplify_scene(scene, options)
-    twice = [lighter(mesh, light) for mesh, light in zip(once, lights, strict=True)]
-    assert points_of(twice) >= 0.995 * points_of(once)
+    twice = [rebuild_mesh(mesh, light) for mesh, light in zip(once, lights, strict=True)]
+    assert count_points(twice) >= 0.995 * count_points(once)
 
 
 ROUGH = tuple(name for name in MODELS if name not in SLOW_WHEN_ROUGH)
@@ -105,18 +105,18 @@ def test_models_keep_every_promise_at_a_rough_tolerance(
     name: str, models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(removal, "find_redundant_bodies", find_nothing)
-    judged(scene_of(models / name), Tolerance(1.0, "percent"))
+    judge_scene(read_scene(models / name), Tolerance(1.0, "percent"))
 
 
 @pytest.mark.parametrize("name", defer(ROUGH, LARGE_MODELS))
 def test_models_stay_within_a_rough_tolerance_where_bodies_go(name: str, models: Path) -> None:
-    scene = scene_of(models / name)
+    scene = read_scene(models / name)
     lights, report = simplify_scene(scene, Options(tolerance=Tolerance(1.0, "percent"), delimit=frozenset()))
     assert report.after.points <= report.before.points
     assert report.after.watertight or not report.before.watertight
     for mesh, light in zip(scene.meshes, lights, strict=True):
-        before, after = judge.surface(mesh.points, mesh.faces), judge.surface(light.points, light.faces)
-        apart = judge.deviation(before, after, 100) - judge.blur(before)
+        before, after = judge.make_surface(mesh.points, mesh.faces), judge.make_surface(light.points, light.faces)
+        apart = judge.measure_deviation(before, after, 100) - judge.estimate_blur(before)
         assert apart * (scale(mesh) or 1.0) <= report.deviation <= report.tolerance, mesh.name
 
 
@@ -131,11 +131,11 @@ def test_no_model_is_forgotten(models: Path) -> None:
 
 @pytest.mark.parametrize("name", defer(BUILDINGS, BUILDINGS[1:]))
 def test_a_second_run_on_our_own_buildings_changes_nothing(name: str, data: Path) -> None:
-    scene = scene_of(data / name)
-    scene.meshes = once = judged(scene, Tolerance())
+    scene = read_scene(data / name)
+    scene.meshes = once = judge_scene(scene, Tolerance())
     lights, _ = simplify_scene(scene, Options())
     for mesh, light in zip(once, lights, strict=True):
-        first = judge.surface(mesh.points, mesh.faces)
-        second = judge.surface(light.points, light.faces)
+        first = judge.make_surface(mesh.points, mesh.faces)
+        second = judge.make_surface(light.points, light.faces)
         assert np.array_equal(first.points, second.points)
-        assert judge.triangles(first) == judge.triangles(second)
+        assert judge.collect_triangles(first) == judge.collect_triangles(second)

@@ -56,7 +56,7 @@ class TestOnce:
         assert (calls["weld"], calls["find_charts"], calls["assign_rows"]) == (1, 1, 1)
 
     def test_halfedges_are_paired_once_for_each_set_of_faces(self, calls: Counter[str]) -> None:
-        mesh = mesh_of(solids.subdivided(solids.box(), 3))
+        mesh = mesh_of(solids.subdivide(solids.box(), 3))
         simplify_mesh(mesh, 1e-9)
         assert calls["pair_halfedges"] == calls["find_misoriented"] == 1
         simplify_mesh(mesh, 0.05)
@@ -80,7 +80,7 @@ class TestDecidedPoints:
     """A sheet of 2 by 2 squares, whose upper border has a point in the middle."""
 
     def sheet(self, bend: float = 0.0) -> tuple[Mesh, int]:
-        points, faces = solids.subdivided(solids.square(), 1)
+        points, faces = solids.subdivide(solids.square(), 1)
         mesh = mesh_of((points.copy(), faces))
         middle = int(np.flatnonzero((mesh.points[:, 0] == 0.5) & (mesh.points[:, 1] == 1.0))[0])
         mesh.points[middle, 1] += bend

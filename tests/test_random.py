@@ -9,7 +9,7 @@ import random_shapes
 import solids
 from hypothesis import given
 from hypothesis import strategies as st
-from judged import broken, simplified
+from judged import find_broken, simplify_and_judge
 from quick import split_seeds, try_examples
 from random_shapes import PLACES, SPOILS, cut_finely, random_shape
 from solids import Shape
@@ -33,16 +33,16 @@ def unions_of_cells(draw) -> Shape:
 @try_examples(150, derandomize=True)
 @given(mesh=unions_of_cells(), share=SHARES)
 def test_unions_of_cells_keep_every_promise(mesh: Shape, share: float | None) -> None:
-    assert broken(simplified(mesh, share=share)) == []
+    assert find_broken(simplify_and_judge(mesh, share=share)) == []
 
 
 @try_examples(60, derandomize=True)
 @given(mesh=unions_of_cells(), share=SHARES, seed=st.integers(0, 9))
 def test_order_does_not_matter(mesh: Shape, share: float | None, seed: int) -> None:
-    first = simplified(mesh, share=share)
-    other = simplified(solids.shuffled(mesh, seed), share=share)
+    first = simplify_and_judge(mesh, share=share)
+    other = simplify_and_judge(solids.shuffle(mesh, seed), share=share)
     assert np.array_equal(first.result[0], other.result[0])
-    assert judge.triangles(first.after) == judge.triangles(other.after)
+    assert judge.collect_triangles(first.after) == judge.collect_triangles(other.after)
 
 
 @pytest.mark.parametrize("seeds", split_seeds(12, 60))
@@ -50,7 +50,7 @@ def test_random_shapes_keep_every_promise(seeds: range) -> None:
     for seed in seeds:
         mesh, story = random_shape(seed)
         for share in (None, 0.0, 9e-6, 1e-2):
-            assert broken(simplified(mesh, share=share), 100) == [], f"seed {seed}: {story}, share {share}"
+            assert find_broken(simplify_and_judge(mesh, share=share), 100) == [], f"seed {seed}: {story}, share {share}"
 
 
 def test_every_source_and_spoil_comes_up() -> None:

@@ -38,41 +38,41 @@ def wall(material: Material, *, turned: bool = False, repeats: float = 1.0) -> M
     return Model.join([Surface(corners, faces[:, ::-1] if turned else faces, material, uv={0: uv})])
 
 
-def from_side(model: Model, azimuth: float, size: int = 64) -> np.ndarray:
+def draw_from_side(model: Model, azimuth: float, size: int = 64) -> np.ndarray:
     return draw(model, *place_cameras(model, size, [(azimuth, 0.0)])[0])
 
 
 def test_a_picture_stands_upright_and_reads_from_left_to_right() -> None:
     pixels = np.ones((2, 2, 4))
     pixels[:, :, :3] = [[[1, 0, 0], [0, 1, 0]], [[0, 0, 1], [1, 1, 0]]]
-    shown = from_side(wall(Material(picture=Texture(pixels, nearest=True))), 0.0)
+    shown = draw_from_side(wall(Material(picture=Texture(pixels, nearest=True))), 0.0)
     assert [np.argmax(shown[row, column]) for row, column in ((16, 16), (16, 48), (48, 16))] == [0, 1, 2]
     assert shown[48, 48, 2] < 0.1 < shown[48, 48, 0]
 
 
-def halved(model: Model) -> Model:
+def halve(model: Model) -> Model:
     """Each triangle cut from its last corner to the middle of the side opposite to it."""
 
-    def halves(rows: np.ndarray) -> np.ndarray:
+    def halve_rows(rows: np.ndarray) -> np.ndarray:
         middle = rows[:, :2].mean(axis=1)
         first, second = rows.copy(), rows.copy()
         first[:, 1] = second[:, 0] = middle
         return np.concatenate([first, second])
 
-    own = {name: halves(getattr(model, name)) for name in ("corners", "normals", "colors")}
-    uv = {name: halves(rows) for name, rows in model.uv.items()}
+    own = {name: halve_rows(getattr(model, name)) for name in ("corners", "normals", "colors")}
+    uv = {name: halve_rows(rows) for name, rows in model.uv.items()}
     return replace(model, uv=uv, material=np.tile(model.material, 2), **own)
 
 
 def test_perspective_bends_nothing_that_is_straight() -> None:
     """Were coordinates mixed on the screen instead of in space, smaller triangles would show another picture."""
     coarse = wall(Material(picture=Texture(CHECKS, nearest=True)))
-    assert np.abs(from_side(coarse, 65.0) - from_side(halved(halved(coarse)), 65.0)).mean() < 1e-3
+    assert np.abs(draw_from_side(coarse, 65.0) - draw_from_side(halve(halve(coarse)), 65.0)).mean() < 1e-3
 
 
 def test_backs_are_hidden_unless_a_material_has_two_sides() -> None:
     for two_sided, azimuth, blank in ((False, 0.0, False), (False, 180.0, True), (True, 180.0, False)):
-        shown = from_side(wall(Material(color=(1, 0, 0, 1), two_sided=two_sided)), azimuth)
+        shown = draw_from_side(wall(Material(color=(1, 0, 0, 1), two_sided=two_sided)), azimuth)
         assert np.all(shown == 1.0) == blank
 
 
@@ -82,10 +82,10 @@ def test_wrapping() -> None:
 
 
 def test_colors_pictures_and_occlusion_multiply() -> None:
-    grey = np.full((1, 1, 4), 0.5)
-    grey[..., 3] = 1.0
-    plain, all_of_it = Material(), Material(color=(0.8, 0.4, 0.2, 1.0), picture=Texture(grey), occlusion=Texture(grey))
-    bright, dim = (from_side(wall(material), 0.0)[32, 32] for material in (plain, all_of_it))
+    gray = np.full((1, 1, 4), 0.5)
+    gray[..., 3] = 1.0
+    plain, all_of_it = Material(), Material(color=(0.8, 0.4, 0.2, 1.0), picture=Texture(gray), occlusion=Texture(gray))
+    bright, dim = (draw_from_side(wall(material), 0.0)[32, 32] for material in (plain, all_of_it))
     np.testing.assert_allclose(dim, bright * [0.2, 0.1, 0.05], rtol=1e-6)
 
 
@@ -100,7 +100,7 @@ def test_a_mirrored_node_keeps_its_front_outside_and_its_picture_mirrored(tmp_pa
     document.mesh(primitive, node={"scale": [1, 1, -1]})
     path = tmp_path / "mirrored.glb"
     path.write_bytes(document.glb())
-    shown = from_side(read_model(path), 0.0)
+    shown = draw_from_side(read_model(path), 0.0)
     assert shown[32, 16, 2] > shown[32, 16, 0]
     assert shown[32, 48, 0] > shown[32, 48, 2]
 
@@ -118,7 +118,7 @@ def views(house: Model) -> Views:
     return Views.draw(house)
 
 
-def altered(model: Model, name: str, **changes: object) -> Model:
+def alter(model: Model, name: str, **changes: object) -> Model:
     """One material of a model changed."""
     return replace(
         model,
@@ -126,7 +126,7 @@ def altered(model: Model, name: str, **changes: object) -> Model:
     )
 
 
-def shifted(model: Model, name: str, texels: float) -> Model:
+def shift(model: Model, name: str, texels: float) -> Model:
     """The picture of one material moved."""
     (number,) = [k for k, each in enumerate(model.materials) if each.name == name]
     uv = model.uv["picture"].copy()
@@ -140,7 +140,7 @@ def colorless(model: Model, name: str) -> Model:
     return replace(model, colors=np.where(model.material[:, None, None] == number, 1.0, model.colors))
 
 
-def swapped(model: Model) -> Model:
+def swap_materials(model: Model) -> Model:
     """Bricks on the roof."""
     names = [each.name for each in model.materials]
     order = list(range(len(names)))
@@ -149,7 +149,7 @@ def swapped(model: Model) -> Model:
     return replace(model, materials=[model.materials[k] for k in order])
 
 
-def holed(model: Model) -> Model:
+def cut_hole(model: Model) -> Model:
     """A few faces of the sign gone."""
     (sign,) = [k for k, each in enumerate(model.materials) if each.name == "sign"]
     keep = np.ones(len(model.corners), bool)
@@ -160,13 +160,13 @@ def holed(model: Model) -> Model:
 
 PICTURES = ("bricks", "facade", "tiles", "sign")
 SPOILT = {
-    **{f"{name} two texels off": lambda m, n=name: shifted(m, n, 2.0) for name in PICTURES},
-    **{f"picture of {name} lost": lambda m, n=name: altered(m, n, picture=None) for name in PICTURES},
-    "light lost": lambda m: altered(m, "tiles", occlusion=None),
+    **{f"{name} two texels off": lambda m, n=name: shift(m, n, 2.0) for name in PICTURES},
+    **{f"picture of {name} lost": lambda m, n=name: alter(m, n, picture=None) for name in PICTURES},
+    "light lost": lambda m: alter(m, "tiles", occlusion=None),
     "color lost": lambda m: colorless(m, "timber"),
     "vertex colors lost": lambda m: colorless(m, "terrace"),
-    "bricks and tiles swapped": swapped,
-    "faces lost": holed,
+    "bricks and tiles swapped": swap_materials,
+    "faces lost": cut_hole,
 }
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 from conftest import ROOT
-from shapes import glb_parts, glb_values
+from shapes import read_values, split_glb
 
 sys.path.insert(0, str(ROOT / "examples"))
 
@@ -29,13 +29,13 @@ def glb(data: Path) -> bytes:
     return (data / f"{NAME}.glb").read_bytes()
 
 
-def by_mesh(glb: bytes) -> dict[str, trimesh.Trimesh]:
+def group_by_mesh(glb: bytes) -> dict[str, trimesh.Trimesh]:
     """The four meshes of the scene in their own frames, equal positions welded."""
-    json_, _ = glb_parts(glb)
+    json_, _ = split_glb(glb)
     found = {}
     for mesh in json_["meshes"]:
         corners = [
-            glb_values(glb, each["attributes"]["POSITION"])[glb_values(glb, each["indices"]).reshape(-1, 3)]
+            read_values(glb, each["attributes"]["POSITION"])[read_values(glb, each["indices"]).reshape(-1, 3)]
             for each in mesh["primitives"]
         ]
         points = np.concatenate(corners).reshape(-1, 3).astype(float)
@@ -45,7 +45,7 @@ def by_mesh(glb: bytes) -> dict[str, trimesh.Trimesh]:
 
 
 def test_the_scene_holds_what_it_is_for(glb: bytes) -> None:
-    json_, _ = glb_parts(glb)
+    json_, _ = split_glb(glb)
     nodes = {node["name"]: node for node in json_["nodes"]}
     assert nodes["wing_west"]["mesh"] == nodes["wing_east"]["mesh"]
     assert np.prod(nodes["wing_west"]["scale"]) < 0
@@ -59,19 +59,19 @@ def test_the_scene_holds_what_it_is_for(glb: bytes) -> None:
     assert looks == ["bricks", "facade", "tiles", "timber"]
     ranges = {}
     for look, each in zip(looks, body_["primitives"], strict=True):
-        ranges[look] = np.ptp(glb_values(glb, each["attributes"]["TEXCOORD_0"]), axis=0)
-        second = glb_values(glb, each["attributes"]["TEXCOORD_1"])
+        ranges[look] = np.ptp(read_values(glb, each["attributes"]["TEXCOORD_0"]), axis=0)
+        second = read_values(glb, each["attributes"]["TEXCOORD_1"])
         assert 0 < second.min() < second.max() < 1
     assert ranges["bricks"].max() > 10
     assert ranges["tiles"].max() > 5
     assert ranges["facade"].max() <= 1
-    colors = glb_values(glb, colored["primitives"][0]["attributes"]["COLOR_0"])
+    colors = read_values(glb, colored["primitives"][0]["attributes"]["COLOR_0"])
     assert 0 < colors.min() < colors.max() < 1
     assert np.ptp(colors, axis=0).min() > 0.1
 
 
 def test_each_solid_is_closed_and_over_sampled(glb: bytes) -> None:
-    meshes = by_mesh(glb)
+    meshes = group_by_mesh(glb)
     first = build_body().model
     models = {"body": first, "wing": build_wing(len(first.facets)).model, "terrace": build_terrace()}
     for name, model in models.items():
@@ -101,7 +101,7 @@ def test_a_picture_of_all_its_colors() -> None:
 
 
 def test_both_forms_are_one_house(glb: bytes, data: Path) -> None:
-    meshes = by_mesh(glb)
+    meshes = group_by_mesh(glb)
     text = trimesh.load_mesh(data / f"{NAME}.obj", process=False)
     assert text.area == pytest.approx(meshes["body"].area + 2 * meshes["wing"].area + meshes["sign"].area, rel=1e-5)
     text.merge_vertices(merge_tex=True, merge_norm=True)

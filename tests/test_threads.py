@@ -20,7 +20,7 @@ sys.exit(main(["simplify", sys.argv[1], sys.argv[2], "--quiet", *sys.argv[4:]]))
 """
 
 
-def simplified(source: Path, target: Path, cores: str, *options: str) -> bytes:
+def simplify(source: Path, target: Path, cores: str, *options: str) -> bytes:
     """What the program writes, given one core or all."""
     command = [sys.executable, "-c", PROGRAM, str(source), str(target), cores, *options]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -39,8 +39,8 @@ NEEDS_TWO = pytest.mark.skipif(
 @pytest.mark.parametrize("name", ["building_a.obj", "building_b.glb"])
 def test_the_number_of_cores_leaves_no_trace(name: str, options: tuple[str, ...], data: Path, tmp_path: Path) -> None:
     suffix = Path(name).suffix
-    one = simplified(data / name, tmp_path / f"one{suffix}", "one", *options)
-    assert one == simplified(data / name, tmp_path / f"all{suffix}", "all", *options)
+    one = simplify(data / name, tmp_path / f"one{suffix}", "one", *options)
+    assert one == simplify(data / name, tmp_path / f"all{suffix}", "all", *options)
 
 
 @NEEDS_TWO
@@ -57,6 +57,6 @@ def test_the_number_of_cores_leaves_no_trace_on_textures(bend: float, tmp_path: 
     document.mesh({"attributes": attributes, "indices": document.accessor(faces.reshape(-1), "u4")})
     source = tmp_path / "in.glb"
     source.write_bytes(document.glb())
-    one = simplified(source, tmp_path / "one.glb", "one")
-    assert one == simplified(source, tmp_path / "all.glb", "all")
+    one = simplify(source, tmp_path / "one.glb", "one")
+    assert one == simplify(source, tmp_path / "all.glb", "all")
     assert len(one) < source.stat().st_size / 5

@@ -1,4 +1,4 @@
-"""`bldsimp.simplify` of a `trimesh.Trimesh` that is textured or coloured: it comes back so."""
+"""`bldsimp.simplify` of a `trimesh.Trimesh` that is textured or colored: it comes back so."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from shapes import fine_box
 import bldsimp
 
 
-def plain() -> trimesh.Trimesh:
+def make_plain() -> trimesh.Trimesh:
     return trimesh.Trimesh(*fine_box(), process=False)
 
 
@@ -38,8 +38,8 @@ def test_rings_are_still_rows_of_the_result() -> None:
         assert np.ptp(heights) == 0.0
 
 
-def test_colours_of_vertices() -> None:
-    given = plain()
+def test_colors_of_vertices() -> None:
+    given = make_plain()
     levels = np.rint(painted.color_of(given.vertices) * 255).astype(np.uint8)
     given.visual = trimesh.visual.ColorVisuals(given, vertex_colors=levels)
     mesh = bldsimp.simplify(given).mesh
@@ -48,8 +48,8 @@ def test_colours_of_vertices() -> None:
     assert np.array_equal(mesh.visual.vertex_colors[:, :3], np.rint(painted.color_of(mesh.vertices) * 255))
 
 
-def test_colours_of_faces() -> None:
-    given = plain()
+def test_colors_of_faces() -> None:
+    given = make_plain()
     side = painted.side_of(given.triangles)
     given.visual = trimesh.visual.ColorVisuals(given, face_colors=np.stack([side * 40, side, side, 255 - side], axis=1))
     mesh = bldsimp.simplify(given).mesh
@@ -60,7 +60,7 @@ def test_colours_of_faces() -> None:
 
 
 def test_arrays_of_vertices_and_faces_keep_shape_and_type() -> None:
-    given = plain()
+    given = make_plain()
     given.vertex_attributes["height"] = given.vertices[:, 2].astype(np.float32)
     given.face_attributes["wall"] = painted.side_of(given.triangles).astype(np.int16)
     given.vertex_attributes["names"] = np.array(["a"] * len(given.vertices))
@@ -82,7 +82,7 @@ def test_what_is_given_stays_as_it_is() -> None:
 
 
 def test_without_anything_carried_nothing_is_repeated() -> None:
-    mesh = bldsimp.simplify(plain()).mesh
+    mesh = bldsimp.simplify(make_plain()).mesh
     assert len(mesh.vertices) == 8
     assert not mesh.visual.defined
 
@@ -103,7 +103,7 @@ def test_several_materials_stay_on_their_faces() -> None:
 
 
 def test_a_material_without_uv_and_metadata_stay() -> None:
-    given = plain()
+    given = make_plain()
     given.metadata["name"] = ["tower"]
     given.visual = trimesh.visual.TextureVisuals(material=trimesh.visual.material.PBRMaterial(name="brick"))
     mesh = bldsimp.simplify(given).mesh

@@ -121,7 +121,7 @@ class TestSimplify:
         assert result.returncode == 0
         assert_box(tmp_path / "out.obj", "obj")
 
-    def test_colours_are_kept_unless_they_may_be_crossed(self, tmp_path: Path) -> None:
+    def test_colors_are_kept_unless_they_may_be_crossed(self, tmp_path: Path) -> None:
         text = obj_text(*fine_box()).replace("\nf", " 1 0 0\nf", 1).replace("\nv", " 1 0 0\nv")
         source = write(tmp_path / "red.obj", text)
         run_command("simplify", source, tmp_path / "a.obj")

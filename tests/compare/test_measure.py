@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from distance import Boxes, distance_to_triangles
+from distance import Boxes, measure_distance
 from shapes import FAR, box, fine_box, open_cone
-from solids import single
+from solids import round_to_single
 
 from bldsimp import _core
 from bldsimp.compare.decimate import FastSimplification
@@ -35,7 +35,7 @@ class TestDistances:
         faces = random.integers(0, 60, (40, 3)).astype(np.int32)  # some repeat a point
         asked = random.random((2000, 3)) * 2 - 0.5
         told = _core.distances(asked, points, faces)
-        assert told == pytest.approx(distance_to_triangles(asked, Boxes(points[faces])), abs=1e-15)
+        assert told == pytest.approx(measure_distance(asked, Boxes(points[faces])), abs=1e-15)
 
     @pytest.mark.parametrize("height", [1e-3, 1e-8, 1e-12, 1e-16, 1e-200, 0.0])
     def test_a_needle_is_no_nearer_or_farther_than_its_longest_side(self, height: float) -> None:
@@ -155,7 +155,7 @@ class TestJudge:
         assert Judge(upper).count_new_borders(coarse, 0.0) == 0
 
     def test_single_precision_blurs_by_its_spacing_about_the_middle(self) -> None:
-        points, faces = single(fine_box(shift=5_000_000.0))
+        points, faces = round_to_single(fine_box(shift=5_000_000.0))
         judge = Judge(make_surface((points, faces)))
         assert judge.blur == 2.0 * np.spacing(np.float32(1.0))
 

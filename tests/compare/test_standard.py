@@ -13,7 +13,7 @@ import solids
 from quick import LARGE_MODELS, defer
 from random_shapes import random_shape
 from solids import Shape
-from test_models import MODELS, SLOW_WHEN_ROUGH, scene_of
+from test_models import MODELS, SLOW_WHEN_ROUGH, read_scene
 
 from bldsimp import _core
 from bldsimp.compare.placement import place_scene
@@ -36,7 +36,7 @@ FLAT = {
     "pyramid": solids.pyramid,
     "comb": solids.comb,
     "narrow_comb": lambda: solids.comb(gap=2**-4),
-    "two_sided": lambda: solids.two_sided(solids.plate_with_holes()),
+    "two_sided": lambda: solids.add_backs(solids.plate_with_holes()),
     "sheared_star": lambda: shear(solids.star(3)),
     **{f"star_{seed}": lambda seed=seed: solids.star(seed) for seed in range(6)},
 }
@@ -71,7 +71,7 @@ def conform(outcome: MeshResult) -> _core.ConformResult:
 
 
 def count_edge_uses(triangles: np.ndarray) -> np.ndarray:
-    return judge.edges_with_counts(np.asarray(triangles, np.int64))[2]
+    return judge.count_edges(np.asarray(triangles, np.int64))[2]
 
 
 def measure_area_and_volume(points: np.ndarray, triangles: np.ndarray) -> tuple[float, float]:
@@ -115,8 +115,8 @@ def test_only_the_triangulation_differs(name: str) -> None:
     outcome, result = run_both(make_mesh(FLAT[name]()))
     before, after = count_edge_uses(outcome.triangles), count_edge_uses(result.triangles)
     assert set(after) <= set(before)
-    assert judge.topology(judge.surface(result.points, result.triangles)).euler == (
-        judge.topology(judge.surface(outcome.points, outcome.triangles)).euler
+    assert judge.count_topology(judge.make_surface(result.points, result.triangles)).euler == (
+        judge.count_topology(judge.make_surface(outcome.points, outcome.triangles)).euler
     )
     old, new = np.unique(outcome.triangles), np.unique(result.triangles)
     assert np.isin(old, new).all()
@@ -138,7 +138,7 @@ def test_every_facet_is_delaunay_by_itself(name: str) -> None:
 
 
 def test_what_is_delaunay_already_is_not_cut() -> None:
-    outcome, result = run_both(make_mesh(solids.subdivided(solids.box((3, 4, 5)), 2)))
+    outcome, result = run_both(make_mesh(solids.subdivide(solids.box((3, 4, 5)), 2)))
     assert len(outcome.points) == len(result.points)
     assert (len(np.unique(result.triangles)), len(result.triangles)) == (8, 12)
 
@@ -266,14 +266,14 @@ def test_random_shapes_keep_their_rims(seed: int) -> None:
 def test_the_order_of_faces_does_not_matter(name: str) -> None:
     shape = FLAT[name]()
     _, first = run_both(make_mesh(shape))
-    _, second = run_both(make_mesh(solids.shuffled(shape)))
+    _, second = run_both(make_mesh(solids.shuffle(shape)))
     assert np.array_equal(first.points, second.points)
     assert np.array_equal(first.triangles, second.triangles)
     assert first.statistics == second.statistics
 
 
 def test_the_methods_tell_what_the_article_is_about() -> None:
-    outcome, result = run_both(make_mesh(solids.subdivided(solids.comb(), 2)))
+    outcome, result = run_both(make_mesh(solids.subdivide(solids.comb(), 2)))
     assert result.statistics.by_poles == 0
     assert outcome.statistics.by_poles > 0
     for counts in (outcome.statistics, result.statistics):
@@ -307,7 +307,7 @@ def test_every_instance_of_a_mesh_is_there() -> None:
 
 def compare_methods(path: Path, tolerance: Tolerance) -> None:
     """The standard method's points and edges beside the improved method's."""
-    scene = scene_of(path)
+    scene = read_scene(path)
     options = Options(tolerance=tolerance, delimit=frozenset())
     results, _ = simplify_meshes(scene, options, keep_layout=True)
     standard = build_standard_surface(scene, results)
@@ -333,7 +333,7 @@ def measure_rim(layout: Layout, points: np.ndarray, triangles: np.ndarray, facet
 
     Of the two sides of a sheet the first counts: its diagonals may be those of the second, and need not.
     """
-    edges, _, count = judge.edges_with_counts(triangles[layout.outlines.back[facet] < facet])
+    edges, _, count = judge.count_edges(triangles[layout.outlines.back[facet] < facet])
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     return float(length[count == 1].sum()), int((count > 2).sum())
 

@@ -12,6 +12,7 @@ from shapes import (
     Gltf,
     box,
     box_quads,
+    collect_triangles,
     concave_polygon_obj,
     fine_box,
     obj_text,
@@ -20,7 +21,6 @@ from shapes import (
     ply_bytes,
     stl_bytes,
     stl_text,
-    triangle_set,
     write,
 )  # fmt: skip
 
@@ -65,7 +65,7 @@ def test_the_same_box_from_every_format(format_: str, shift: float) -> None:
     }
     suffix, content = files[format_]
     mesh = read_mesh(content, suffix)
-    assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+    assert collect_triangles(mesh.points, mesh.faces) == collect_triangles(points, faces)
     assert count_defects(mesh.points, mesh.faces).watertight
     assert mesh.single  # all coordinates are whole numbers below 2**24
 
@@ -112,24 +112,24 @@ class TestObj:
     def test_negative_indices_count_back_from_the_face(self) -> None:
         text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -4 -1 -2\n"
         mesh = read_mesh(text, "obj")
-        assert triangle_set(mesh.points, mesh.faces) == {
+        assert collect_triangles(mesh.points, mesh.faces) == {
             ((0, 0, 0), (1, 0, 0), (0, 1, 0)), ((0, 0, 0), (0, 0, 1), (0, 1, 0)),
         }  # fmt: skip
 
     def test_lines_go_on_after_a_backslash(self) -> None:
         points, faces = box()
         text = obj_text(points, faces)
-        assert triangle_set(*read_arrays(text.replace(" ", " \\\n ", 40))) == triangle_set(points, faces)
+        assert collect_triangles(*read_arrays(text.replace(" ", " \\\n ", 40))) == collect_triangles(points, faces)
 
     def test_windows_line_ends_tabs_and_comments(self) -> None:
         points, faces = box()
         text = obj_text(points, faces).replace("\n", "\r\n").replace("v ", "v\t") + "# done\r\n"
-        assert triangle_set(*read_arrays(text)) == triangle_set(points, faces)
+        assert collect_triangles(*read_arrays(text)) == collect_triangles(points, faces)
 
     def test_a_byte_order_mark_and_bare_carriage_returns(self) -> None:
         points, faces = box()
         mesh = read_mesh(b"\xef\xbb\xbf" + obj_text(points, faces).replace("\n", "\r").encode(), "obj")
-        assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+        assert collect_triangles(mesh.points, mesh.faces) == collect_triangles(points, faces)
 
     def test_faces_of_two_corners_are_left_out_and_told(self) -> None:
         scene = read_scene("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1// 2//\nf 1// 2// 3//\nf 1 1 2\n", "obj")
@@ -155,7 +155,7 @@ class TestObj:
         mesh = scene.meshes[0]
         assert mesh.parts[0].attributes == ()
         assert scene.warnings == ["ignored the colors of 8 OBJ points, which are no numbers"]
-        assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+        assert collect_triangles(mesh.points, mesh.faces) == collect_triangles(points, faces)
 
     def test_short_normals_and_texture_coordinates_are_filled_up(self) -> None:
         mesh = read_mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5\nvn 0 1\nf 1/1/1 2/1/1 3/1/1\n", "obj")

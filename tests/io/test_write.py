@@ -16,11 +16,11 @@ from shapes import (
     box,
     box_quads,
     fine_box,
-    glb_parts,
     obj_text,
     off_text,
     open_cone,
     ply_bytes,
+    split_glb,
     write,
 )
 
@@ -184,7 +184,7 @@ class TestText:
         convert(write(tmp_path / "in.obj", b"\n".join(lines)), tmp_path / "out.obj")
         assert b"\no caf\xe9\nusemtl gr\xfcn\n" in (tmp_path / "out.obj").read_bytes()
         convert(tmp_path / "in.obj", tmp_path / "out.glb")
-        material = glb_parts((tmp_path / "out.glb").read_bytes())[0]["materials"][0]
+        material = split_glb((tmp_path / "out.glb").read_bytes())[0]["materials"][0]
         assert material["name"] == "gr\ufffdn"
         assert material["pbrMetallicRoughness"]["baseColorFactor"] == [0, 1, 0, 1]
 
@@ -262,7 +262,7 @@ class TestConversion:
         lines[-96:-96] = ["usemtl tiles"]
         write(tmp_path / "m.mtl", "newmtl brick\nKd 0.5 0.25 0\nnewmtl tiles\nKd 1 0 0\nd 0.5\n")
         convert(write(tmp_path / "in.obj", "\n".join(lines)), tmp_path / "out.glb")
-        json_ = glb_parts((tmp_path / "out.glb").read_bytes())[0]
+        json_ = split_glb((tmp_path / "out.glb").read_bytes())[0]
         primitives = json_["meshes"][0]["primitives"]
         assert [p["extras"]["name"] for p in primitives] == ["brick", "tiles"]
         colors = [json_["materials"][p["material"]]["pbrMetallicRoughness"]["baseColorFactor"] for p in primitives]

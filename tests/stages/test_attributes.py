@@ -173,7 +173,7 @@ def test_a_needle_of_which_no_map_can_be_told_is_no_displacement() -> None:
         assert simplify_mesh(mesh(rows, both, uv(values)), tolerance).texels <= 0.5
 
 
-def test_a_step_of_colour_stays_and_a_rounded_gradient_is_one() -> None:
+def test_a_step_of_color_stays_and_a_rounded_gradient_is_one() -> None:
     points, faces, right = cut(*wall(20))
     step = np.where(right[:, None], [1.0, 0.5, 0.0], [0.0, 0.5, 1.0])
     assert simplify_mesh(mesh(points, faces, color(step)), 1e-6).after.points == 6
@@ -192,7 +192,7 @@ def test_feature_ids_never_mix() -> None:
             assert np.all(halves(outcome, given)[name][1] == number)
 
 
-def test_colours_on_faces_never_mix() -> None:
+def test_colors_on_faces_never_mix() -> None:
     points, faces = wall(20)
     right = points[faces].mean(axis=1)[:, :1] > WIDTH / 2
     given = mesh(points, faces, Attribute("COLOR_0", "color", right.astype(float), np.ones((1, 1)), on_faces=True))

@@ -95,7 +95,7 @@ class TestColors:
         assert len(mesh.points) == 8
         assert np.allclose(values(mesh, "COLOR_0"), painted.color_of(mesh.points), rtol=0, atol=1e-7)
 
-    def test_a_colour_that_changes_unevenly_stops_a_facet(self, tmp_path: Path) -> None:
+    def test_a_color_that_changes_unevenly_stops_a_facet(self, tmp_path: Path) -> None:
         points, faces = fine_box()
         colors = np.where(points[:, :1] > 0.9, (255, 0, 0), (0, 0, 255))
         table = [(points, "float", "x y z"), (colors, "uchar", "red green blue")]
@@ -135,7 +135,7 @@ class TestColors:
         simplify_to(write(tmp_path / "in.off", "\n".join(lines) + "\n"), tmp_path / "out.off")
         before, after = mesh_of(tmp_path / "in.off"), mesh_of(tmp_path / "out.off")
         assert np.allclose(values(after, "COLOR_0"), painted.color_of(after.points), atol=1e-12)
-        # Every other face is of another colour: none can go.
+        # Every other face is of another color: none can go.
         assert len(after.faces) == len(before.faces)
         assert sorted(map(tuple, values(after, "FACE_COLOR_0"))) == sorted(map(tuple, values(before, "FACE_COLOR_0")))
 
@@ -264,7 +264,7 @@ def test_what_is_written_is_read_again(tmp_path: Path, seed: int, suffix: str) -
             continue
         else:
             own = found[one.name if suffix != "ply" else {"_FEATURE_ID_0": "_feature_id_0"}.get(one.name, one.name)]
-        # PLY colours are bytes; OBJ ones have no alpha.
+        # PLY colors are bytes; OBJ ones have no alpha.
         allowed = 0.5 / 255 if one.name == "COLOR_0" and suffix == "ply" else 0.0
         wanted = wanted[:, :, : own.shape[2]]
         assert np.allclose(own, wanted, rtol=1e-6, atol=allowed + 1e-7), f"{story}: {one.name}"

@@ -9,12 +9,13 @@ import painted
 import pytest
 from painted import IMAGE, ROOF, WALL, check_uv, side_areas, textured, values
 from PIL import Image
-from shapes import Gltf, fine_box, glb_parts, write
+from shapes import Gltf, fine_box, split_glb, write
 from test_carried import LIBRARY, check_textures, mesh_of, simplify_to, write_house
 
-from bldsimp import Options, Tolerance, simplify_scene
+from bldsimp import Options, Tolerance
 from bldsimp.io import read
 from bldsimp.io import write as write_scene
+from bldsimp.scene import simplify_scene
 
 
 @pytest.fixture
@@ -111,7 +112,7 @@ class TestTextures:
         simplify_to(source, tmp_path / "new" / "out.obj")
         check_textures(tmp_path / "new" / "out.obj")
         simplify_to(source, tmp_path / "new" / "out.glb")
-        assert len(glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]["images"]) == 2
+        assert len(split_glb((tmp_path / "new" / "out.glb").read_bytes())[0]["images"]) == 2
 
     def test_a_wide_tolerance_moves_no_picture(self, house: Path, tmp_path: Path) -> None:
         simplify_to(house, tmp_path / "new" / "out.obj", Options(tolerance=Tolerance(0.1, "length")))
@@ -169,7 +170,7 @@ class TestTextures:
     def test_in_gltf_they_are_a_transform_with_v_downwards_and_a_sampler(self, house: Path, tmp_path: Path) -> None:
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", "map_Kd -s 4 2 1 -o 0.5 0.25 0 -clamp on wall"))
         simplify_to(house, tmp_path / "new" / "out.glb")
-        json_ = glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]
+        json_ = split_glb((tmp_path / "new" / "out.glb").read_bytes())[0]
         wall, roof = (entry["pbrMetallicRoughness"]["baseColorTexture"] for entry in json_["materials"])
         assert wall["extensions"] == {"KHR_texture_transform": {"scale": [4.0, 2.0], "offset": [0.5, -1.25]}}
         assert json_["extensionsUsed"] == ["KHR_texture_transform"]
@@ -183,7 +184,7 @@ class TestTextures:
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd wall", wall))
         told = simplify_to(house, tmp_path / "new" / "out.glb").warnings
         assert told == ["glTF cannot store illum, Ns, Ks, map_d of materials: lost"]
-        json_ = glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]
+        json_ = split_glb((tmp_path / "new" / "out.glb").read_bytes())[0]
         wall, roof = json_["materials"]
         assert wall["pbrMetallicRoughness"]["metallicFactor"] == 0.75
         assert wall["pbrMetallicRoughness"]["roughnessFactor"] == 0.25
@@ -197,7 +198,7 @@ class TestTextures:
         told = simplify_to(house, tmp_path / "new" / "out.glb").warnings
         assert told == ["glTF cannot store Ke, map_Ke of materials: lost"]
         assert not any("emissiveFactor" in entry for entry in
-                       glb_parts((tmp_path / "new" / "out.glb").read_bytes())[0]["materials"])  # fmt: skip
+                       split_glb((tmp_path / "new" / "out.glb").read_bytes())[0]["materials"])  # fmt: skip
 
     def test_a_part_without_texture_has_none_in_ply(self, house: Path, tmp_path: Path) -> None:
         write(tmp_path / "m.mtl", LIBRARY.replace("map_Kd roof.png", ""))

@@ -32,39 +32,39 @@ def count(mesh: Shape) -> int:
 
 
 def test_a_flat_plate_keeps_its_corners() -> None:
-    result, found = collapsed(solids.subdivided(solids.square(), 3), 1e-3)
+    result, found = collapsed(solids.subdivide(solids.square(), 3), 1e-3)
     assert (count(result), len(result[1])) == (4, 2)
     assert found.deviation <= 1e-3
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_goes_and_what_was_closed_stays_closed(seed: int) -> None:
-    mesh = solids.noisy(solids.subdivided(solids.box(), 3), 0.01, seed)
+    mesh = solids.add_noise(solids.subdivide(solids.box(), 3), 0.01, seed)
     result, found = collapsed(mesh, 0.05)
-    before, after = judge.surface(*mesh), judge.surface(*result)
+    before, after = judge.make_surface(*mesh), judge.make_surface(*result)
     assert count(result) <= 30
-    assert judge.broken(before, after, 0.05, found.deviation + ROUNDING, healed=0, count=2000) == []
+    assert judge.find_broken(before, after, 0.05, found.deviation + ROUNDING, healed=0, count=2000) == []
 
 
 @pytest.mark.parametrize("make", [solids.frame, solids.moebius, solids.plate_with_holes, solids.room_with_cavity])
 @pytest.mark.parametrize("tolerance", defer([0.01, 0.1, 1.0], [0.01]))
 def test_topology_and_bound_hold_at_any_tolerance(make, tolerance: float) -> None:  # type: ignore[no-untyped-def]
-    mesh = solids.subdivided(make(), 2)
+    mesh = solids.subdivide(make(), 2)
     result, found = collapsed(mesh, tolerance)
-    before, after = judge.surface(*mesh), judge.surface(*result)
-    assert judge.broken(before, after, tolerance, found.deviation + ROUNDING, healed=0) == []
+    before, after = judge.make_surface(*mesh), judge.make_surface(*result)
+    assert judge.find_broken(before, after, tolerance, found.deviation + ROUNDING, healed=0) == []
     assert found.accepted > 0
 
 
 def test_pinned_faces_stay() -> None:
-    mesh = solids.subdivided(solids.square(), 2)
+    mesh = solids.subdivide(solids.square(), 2)
     result, _ = collapsed(mesh, 1e-3, pinned=[0])
     kept = {tuple(sorted(map(tuple, result[0][face].tolist()))) for face in result[1]}
     assert tuple(sorted(map(tuple, np.asarray(mesh[0])[mesh[1][0]].tolist()))) in kept
 
 
 def test_edges_between_labels_stay_edges_between_them() -> None:
-    points, faces = solids.subdivided(solids.square(), 3)
+    points, faces = solids.subdivide(solids.square(), 3)
     middle = np.asarray(points)[faces].mean(axis=1)
     half = (np.max(points, axis=0) + np.min(points, axis=0))[0] / 2
     label = (middle[:, 0] > half).astype(np.int32)
@@ -76,8 +76,8 @@ def test_edges_between_labels_stay_edges_between_them() -> None:
 
 
 def test_the_order_of_faces_does_not_matter() -> None:
-    mesh = solids.noisy(solids.subdivided(solids.frame(), 2), 0.01)
-    results = [collapsed(m, 0.03)[0] for m in (mesh, solids.shuffled(mesh))]
+    mesh = solids.add_noise(solids.subdivide(solids.frame(), 2), 0.01)
+    results = [collapsed(m, 0.03)[0] for m in (mesh, solids.shuffle(mesh))]
     shapes = [sorted(tuple(sorted(map(tuple, points[f].tolist()))) for f in faces) for points, faces in results]
     assert shapes[0] == shapes[1]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import solids
-from judged import simplified
+from judged import simplify_and_judge
 from numpy.typing import NDArray
 from quick import LARGE_MODELS, defer
 
@@ -212,7 +212,7 @@ FINE = 4e-5
 
 def dented_plate() -> solids.Shape:
     """A plate of which one side has a shallow dent."""
-    return solids.of_polygons([(2, DENT, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0), (0, 0, 0)])
+    return solids.fan_polygons([(2, DENT, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0), (0, 0, 0)])
 
 
 def bulging_plate() -> solids.Shape:
@@ -230,11 +230,11 @@ def spike(x: float, y: float, top: float) -> solids.Shape:
     ("plate", "pierced_by"), [(dented_plate(), spike(2, DENT / 2, 1)), (bulging_plate(), spike(2, 2, DENT / 2))]
 )
 def test_facets_step_down_where_they_would_be_pierced(plate: solids.Shape, pierced_by: solids.Shape) -> None:
-    alone = simplified(plate, FINE)
+    alone = simplify_and_judge(plate, FINE)
     assert len(alone.after.points) == 4
-    both = solids.merged(plate, pierced_by)
+    both = solids.merge(plate, pierced_by)
     assert of_meshes([both]) == 0
-    held = simplified(both, FINE)
+    held = simplify_and_judge(both, FINE)
     assert len(held.after.points) == 8
     assert held.report.fallback_reasons == {"pierced": 1}
     assert of_meshes([held.result]) == 0
@@ -242,9 +242,9 @@ def test_facets_step_down_where_they_would_be_pierced(plate: solids.Shape, pierc
 
 def test_facets_that_were_pierced_may_be() -> None:
     """The side is pierced before and after, and need not step down."""
-    both = solids.merged(dented_plate(), spike(2, 2 * DENT, 1))
+    both = solids.merge(dented_plate(), spike(2, 2 * DENT, 1))
     assert of_meshes([both]) > 0
-    assert len(simplified(both, FINE).after.points) == 7
+    assert len(simplify_and_judge(both, FINE).after.points) == 7
 
 
 def sheets(cells: int, gap: float, noise: float, waves: float, layers: int = 2) -> solids.Shape:
@@ -282,7 +282,7 @@ def far_sheet(height: float) -> solids.Shape:
 
 def in_two_blocks(lower: solids.Shape, upper: solids.Shape, decimals: int) -> tuple[solids.Shape, solids.Shape]:
     """Two shapes with as many faces each, before and after they were collapsed in a block each."""
-    points, faces = solids.merged(lower, upper, far_sheet(-9.0), far_sheet(9.0))
+    points, faces = solids.merge(lower, upper, far_sheet(-9.0), far_sheet(9.0))
     welded = _core.weld(np.ascontiguousarray(points), faces.astype(np.int32), 0.0)
     label, none = np.zeros(len(faces), np.int32), np.zeros(len(faces), np.uint8)
     found = _core.collapse(welded.points, welded.faces, label, none, none, 0.3, decimals, False)
@@ -293,14 +293,14 @@ def notched_ridge() -> solids.Shape:
     """A roof whose ridge dips in its middle."""
     a, b, c, d = (-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)
     e, dip, f = (-1, 0, 0), (0, 0, -0.15), (1, 0, 0)
-    return solids.of_polygons((a, b, dip), (a, dip, e), (b, f, dip), (c, d, dip), (c, dip, f), (d, e, dip))
+    return solids.fan_polygons((a, b, dip), (a, dip, e), (b, f, dip), (c, d, dip), (c, dip, f), (d, e, dip))
 
 
 def blunt_tip(cut: float = 0.14) -> solids.Shape:
     """A pyramid without its tip, which would be at the origin."""
     base = solids.square()[0] * 2 - (1, 1, 0)
     low, high = base - (0, 0, 1), base * cut - (0, 0, cut)
-    return solids.of_polygons(*((low[i - 1], low[i], high[i], high[i - 1]) for i in range(4)), high)
+    return solids.fan_polygons(*((low[i - 1], low[i], high[i], high[i - 1]) for i in range(4)), high)
 
 
 def test_what_two_blocks_changed_does_not_come_to_cross() -> None:

@@ -18,24 +18,24 @@ from bldsimp.scene import simplify_scene
 
 def simplified(mesh: Shape, tolerance: float, allow_close: bool = True, parts: int = 1) -> tuple[Shape, Report]:
     """A mesh with its loops closed; faces are shared out to parts along x."""
-    points, faces = solids.welded(mesh)
+    points, faces = solids.weld(mesh)
     part = np.minimum(points[faces].mean(axis=1)[:, 0] / points[:, 0].max() * parts, parts - 1).astype(np.int32)
     given = Mesh("mesh", points, np.ascontiguousarray(faces, np.int32), part, [Part(str(i)) for i in range(parts)])
     options = Options(tolerance=Tolerance(tolerance, "length"), allow_close=allow_close)
     (light,), report = simplify_scene(Scene(None, "arrays", [given], 0), options)
-    before = judge.surface(points, faces)
-    result = judge.surface(light.points, light.faces)
-    assert judge.deviation(before, result, 500) <= report.deviation + judge.blur(before)
-    assert report.deviation <= report.tolerance + judge.blur(before)
-    assert judge.topology(result).open_edges == report.after.open_edges
+    before = judge.make_surface(points, faces)
+    result = judge.make_surface(light.points, light.faces)
+    assert judge.measure_deviation(before, result, 500) <= report.deviation + judge.estimate_blur(before)
+    assert report.deviation <= report.tolerance + judge.estimate_blur(before)
+    assert judge.count_topology(result).open_edges == report.after.open_edges
     return (light.points, light.faces), report
 
 
 def holed_box(rounds: int = 4) -> Shape:
     """A box of side 4 with a triangle of 0.25 by 0.25 missing in the middle of a side."""
-    mesh = solids.subdivided(solids.box((4, 4, 4)), rounds)
+    mesh = solids.subdivide(solids.box((4, 4, 4)), rounds)
     middle = mesh[0][mesh[1]].mean(axis=1)
-    return solids.without_faces(mesh, int(np.argmin(np.abs(middle - (2, 2, 4)).sum(axis=1))))
+    return solids.remove_faces(mesh, int(np.argmin(np.abs(middle - (2, 2, 4)).sum(axis=1))))
 
 
 def test_a_hole_closes_only_where_allowed() -> None:
@@ -55,19 +55,19 @@ def test_a_hole_that_is_too_large_stays() -> None:
 
 def test_a_sheet_gets_no_back() -> None:
     for mesh in (solids.box((4, 4, 0.01)), solids.box((4, 0.01, 4))):
-        strip = solids.without_faces(mesh, *range(2, 12))
-        assert simplified(solids.subdivided(strip, 2), 0.05)[1].closed == 0
-    assert simplified(solids.subdivided(solids.square(), 2), 2.0)[1].closed == 0
+        strip = solids.remove_faces(mesh, *range(2, 12))
+        assert simplified(solids.subdivide(strip, 2), 0.05)[1].closed == 0
+    assert simplified(solids.subdivide(solids.square(), 2), 2.0)[1].closed == 0
 
 
 def test_both_ends_of_a_narrow_pipe_close() -> None:
     angle = np.arange(8) * np.pi / 4
     pipe = solids.prism(0.04 * np.stack([np.cos(angle), np.sin(angle)], axis=1))
     normal = np.cross(*(pipe[0][pipe[1][:, i]] - pipe[0][pipe[1][:, 0]] for i in (1, 2)))
-    mesh = solids.without_faces(pipe, *np.flatnonzero(np.abs(normal[:, 2]) > 1e-9).tolist())
-    _, report = simplified(solids.moved(solids.subdivided(mesh, 1), (5, 5, 0)), 0.05)
+    mesh = solids.remove_faces(pipe, *np.flatnonzero(np.abs(normal[:, 2]) > 1e-9).tolist())
+    _, report = simplified(solids.move(solids.subdivide(mesh, 1), (5, 5, 0)), 0.05)
     assert (report.closed_boundary_loops, report.after.watertight) == (2, True)
-    assert simplified(solids.moved(mesh, (5, 5, 0)), 0.03)[1].closed == 0
+    assert simplified(solids.move(mesh, (5, 5, 0)), 0.03)[1].closed == 0
 
 
 def test_a_loop_between_two_parts_stays() -> None:
@@ -77,7 +77,7 @@ def test_a_loop_between_two_parts_stays() -> None:
 
 def lids(mesh: Shape, limit: float = 10.0) -> tuple[int, int]:
     """Loops and faces that close them."""
-    points, faces = solids.welded(mesh)
+    points, faces = solids.weld(mesh)
     faces = np.ascontiguousarray(faces, np.int32)
     zeros = np.zeros(len(faces), np.int32)
     found = _core.fill_holes(points, faces, zeros, zeros.astype(np.uint8), limit)
@@ -86,13 +86,13 @@ def lids(mesh: Shape, limit: float = 10.0) -> tuple[int, int]:
 
 
 def test_lids_cross_nothing_and_lie_on_nothing() -> None:
-    open_box = solids.without_faces(solids.box((1, 1, 4)), 2, 3)
+    open_box = solids.remove_faces(solids.box((1, 1, 4)), 2, 3)
     assert lids(open_box) == (1, 2)
     pole = solids.shape([[0.25, 0.25, 3], [0.35, 0.25, 5], [0.25, 0.35, 5]], [[0, 1, 2]])
-    assert lids(solids.merged(open_box, pole)) == (0, 0)
+    assert lids(solids.merge(open_box, pole)) == (0, 0)
     pane = solids.shape([[0.25, 0.25, 4], [0.75, 0.25, 4], [0.25, 0.75, 4]], [[0, 1, 2]])
-    assert lids(solids.merged(open_box, pane)) == (0, 0)
-    assert lids(solids.merged(open_box, solids.moved(pane, (0, 0, -0.5)))) == (1, 2)
+    assert lids(solids.merge(open_box, pane)) == (0, 0)
+    assert lids(solids.merge(open_box, solids.move(pane, (0, 0, -0.5)))) == (1, 2)
 
 
 def test_a_lid_adds_no_face_to_an_edge_that_is_whole() -> None:
@@ -101,7 +101,7 @@ def test_a_lid_adds_no_face_to_an_edge_that_is_whole() -> None:
     a, m, c, n = rim
     low, high = (1, -0.5, -1), (1, 0.5, -1)
     bowls = [(a, low, m), (m, low, c), (c, low, a), (c, high, n), (n, high, a), (a, high, c)]
-    mesh = solids.of_polygons(*bowls)
+    mesh = solids.fan_polygons(*bowls)
     assert lids(mesh) == (1, 2)
     faces = np.ascontiguousarray(mesh[1], np.int32)
     zeros = np.zeros(len(faces), np.int32)
@@ -110,15 +110,15 @@ def test_a_lid_adds_no_face_to_an_edge_that_is_whole() -> None:
 
 
 def test_loops_that_touch_stay() -> None:
-    mesh = solids.subdivided(solids.square(), 3)
+    mesh = solids.subdivide(solids.square(), 3)
     faces, middle = mesh[1], np.mean(mesh[0][mesh[1]], axis=1)
     inside = np.flatnonzero(np.abs(middle[:, :2] - 0.5).max(axis=1) < 0.3)
     first = inside[np.argmin(np.abs(middle[inside, :2] - 0.5).sum(axis=1))]
     touching = [f for f in inside if len(np.intersect1d(faces[f], faces[first])) == 1]
     assert len(touching) > 4
     for other in touching:
-        assert lids(solids.without_faces(mesh, int(first), int(other)), 0.1) == (0, 0)
-    assert lids(solids.without_faces(mesh, int(first)), 0.1) == (1, 1)
+        assert lids(solids.remove_faces(mesh, int(first), int(other)), 0.1) == (0, 0)
+    assert lids(solids.remove_faces(mesh, int(first)), 0.1) == (1, 1)
 
 
 def test_the_deviation_of_a_lid_alone_is_counted() -> None:
@@ -134,9 +134,9 @@ def test_the_deviation_of_a_lid_alone_is_counted() -> None:
 @pytest.mark.parametrize("seed", defer(range(6), range(2, 6)))
 def test_any_holes_in_a_rough_box_stay_within_the_bound(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    mesh = solids.noisy(solids.subdivided(solids.box((4, 3, 2)), 3), 0.01, seed)
+    mesh = solids.add_noise(solids.subdivide(solids.box((4, 3, 2)), 3), 0.01, seed)
     gone = rng.choice(len(mesh[1]), int(rng.integers(1, 60)), replace=False)
-    holed = solids.without_faces(mesh, *gone.tolist())
+    holed = solids.remove_faces(mesh, *gone.tolist())
     for tolerance in (0.03, 0.1, 0.3):
         _, report = simplified(holed, tolerance)
         assert report.after.open_edges <= report.before.open_edges
@@ -144,10 +144,10 @@ def test_any_holes_in_a_rough_box_stay_within_the_bound(seed: int) -> None:
 
 
 def test_the_order_of_faces_does_not_matter() -> None:
-    mesh = solids.subdivided(solids.box((4, 3, 2)), 3)
-    holed = solids.without_faces(mesh, *range(5, 300, 23))
-    results = [simplified(one, 0.3)[0] for one in (holed, solids.shuffled(holed))]
-    assert len({frozenset(judge.triangles(judge.surface(*one))) for one in results}) == 1
+    mesh = solids.subdivide(solids.box((4, 3, 2)), 3)
+    holed = solids.remove_faces(mesh, *range(5, 300, 23))
+    results = [simplified(one, 0.3)[0] for one in (holed, solids.shuffle(holed))]
+    assert len({frozenset(judge.collect_triangles(judge.make_surface(*one))) for one in results}) == 1
 
 
 def test_blocks_do_not_rely_on_lids() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shapes import box, fine_box, glb_parts, glb_values, obj_text, write
+from shapes import box, fine_box, obj_text, read_values, split_glb, write
 
 from bldsimp import Options, Tolerance
 from bldsimp.io import read
@@ -150,9 +150,9 @@ class TestMade:
         lights, _ = simplify_scene(scene, Options(normals="smooth"))
         written = write_scene(scene, lights, tmp_path / "out.glb", "glb", Options(normals="smooth"))
         data = (tmp_path / "out.glb").read_bytes()
-        primitive = glb_parts(data)[0]["meshes"][0]["primitives"][0]
-        points, normals = (glb_values(data, primitive["attributes"][name]) for name in ("POSITION", "NORMAL"))
-        faces = glb_values(data, primitive["indices"]).reshape(-1, 3)
+        primitive = split_glb(data)[0]["meshes"][0]["primitives"][0]
+        points, normals = (read_values(data, primitive["attributes"][name]) for name in ("POSITION", "NORMAL"))
+        faces = read_values(data, primitive["indices"]).reshape(-1, 3)
         assert written.vertices == len(points) == 24
         flat = compute_face_normals(points, faces)
         assert np.allclose(normals[faces], (flat / np.linalg.norm(flat, axis=1, keepdims=True))[:, None])

@@ -8,7 +8,7 @@ import judge
 import numpy as np
 import pytest
 import solids
-from judged import Judged, simplified
+from judged import Verdict, simplify_and_judge
 from quick import defer
 from solids import Shape
 
@@ -29,24 +29,24 @@ def sheet(at: float = 0.0, size: float = 4.0) -> Shape:
     return solids.shape(points[:, [0, 2, 1]] * size + (0, at, 0), faces)
 
 
-def apart(case: Judged) -> float:
-    return judge.deviation(case.before, case.after, 1000)
+def apart(case: Verdict) -> float:
+    return judge.measure_deviation(case.before, case.after, 1000)
 
 
-def well_done(case: Judged) -> bool:
+def well_done(case: Verdict) -> bool:
     """Within the bound, both ways, and closed where it was."""
-    bound, slack = case.report.deviation, judge.blur(case.before)
-    closed = judge.topology(case.before).open_edges == 0
+    bound, slack = case.report.deviation, judge.estimate_blur(case.before)
+    closed = judge.count_topology(case.before).open_edges == 0
     return (
         apart(case) <= bound + slack
         and bound <= case.report.tolerance + slack
         and len(case.after.faces) > 0
-        and (not closed or judge.topology(case.after).open_edges == 0)
+        and (not closed or judge.count_topology(case.after).open_edges == 0)
     )
 
 
 def bodies_of(mesh: Shape) -> int:
-    points, faces = solids.welded(mesh)
+    points, faces = solids.weld(mesh)
     welded = _core.weld(points, np.ascontiguousarray(faces, np.int32), 0.0)
     return len(np.unique(_core.find_bodies(welded.points, welded.faces)))
 
@@ -62,33 +62,33 @@ def bodies_of(mesh: Shape) -> int:
         (solids.boxes_touching_in_an_edge, 2),
         (solids.boxes_sharing_part_of_a_wall, 2),
         (solids.rooms_back_to_back, 2),
-        (lambda: solids.two_sided(solids.square()), 1),
+        (lambda: solids.add_backs(solids.square()), 1),
         # Each room's own walls, and the one between them, belong together only by edges that do not add up.
         (solids.wall_between_two_rooms, 3),
     ],
 )
 def test_solids_that_touch_are_bodies_of_their_own(make, count: int) -> None:  # type: ignore[no-untyped-def]
     assert bodies_of(make()) == count
-    assert bodies_of(solids.rotated(make())) == count
-    assert bodies_of(solids.subdivided(make())) == count
+    assert bodies_of(solids.rotate(make())) == count
+    assert bodies_of(solids.subdivide(make())) == count
 
 
 def test_directions_that_differ_by_rounding_are_one() -> None:
     rooms = [solids.box((0.37, 0.91, 1.13), (0.37 * i, 0, 0)) for i in range(3)]
     for degrees in (0.0, 7.3, 33.3, 71.9):
-        mesh = solids.subdivided(solids.welded(solids.merged(*rooms)), 2)
-        assert bodies_of(solids.rotated(mesh, degrees)) == 3
+        mesh = solids.subdivide(solids.weld(solids.merge(*rooms)), 2)
+        assert bodies_of(solids.rotate(mesh, degrees)) == 3
 
 
 def test_a_doubled_wall_becomes_one() -> None:
-    case = simplified(solids.merged(sheet(), sheet(0.01)), 0.05)
+    case = simplify_and_judge(solids.merge(sheet(), sheet(0.01)), 0.05)
     assert (case.report.after.points, case.report.after.triangles) == (4, 2)
     assert [(part.triangles, part.reason) for part in case.report.removed_components] == [(2, "within_tolerance")]
     assert well_done(case)
 
 
 def test_at_the_files_own_rounding_nothing_goes() -> None:
-    case = simplified(solids.merged(sheet(), sheet(1e-7)))
+    case = simplify_and_judge(solids.merge(sheet(), sheet(1e-7)))
     assert case.report.after.points == 8
     assert case.report.removed_components == []
 
@@ -97,7 +97,7 @@ def test_at_the_files_own_rounding_nothing_goes() -> None:
 @pytest.mark.parametrize(("tolerance", "points", "dropped"), [(0.05, 8, 1), (0.01, 16, 0)])
 def test_a_sill_goes_where_the_tolerance_is_wider(gap: float, tolerance: float, points: int, dropped: int) -> None:
     sill = solids.box((1, 0.04, 0.05), (1.5, -0.04 - gap, 1))
-    case = simplified(solids.merged(wall(), sill), tolerance)
+    case = simplify_and_judge(solids.merge(wall(), sill), tolerance)
     assert (case.report.after.points, len(case.report.removed_components)) == (points, dropped)
     assert case.report.after.watertight
     assert well_done(case)
@@ -110,23 +110,23 @@ def test_a_sill_goes_where_the_tolerance_is_wider(gap: float, tolerance: float, 
 
 def test_what_shares_edges_with_a_wall_goes_without_opening_it() -> None:
     # The middle one of three slabs side by side is as thin as the tolerance, and shares its long walls' edges.
-    slabs = solids.merged(
+    slabs = solids.merge(
         solids.box((4, 1, 3)), solids.box((4, 0.05, 3), (0, 1, 0)), solids.box((4, 1, 3), (0, 1.05, 0))
     )
-    case = simplified(solids.welded(slabs), 0.04)
+    case = simplify_and_judge(solids.weld(slabs), 0.04)
     assert [part.triangles for part in case.report.removed_components] == [12]
-    assert judge.topology(case.before).nonmanifold_edges == 8
+    assert judge.count_topology(case.before).nonmanifold_edges == 8
     assert case.report.after.watertight
     assert well_done(case)
 
 
 def test_a_solid_deep_in_a_thick_wall_stays() -> None:
     core = solids.box((1, 0.1, 1), (1, 0.1, 1))
-    assert simplified(solids.merged(wall(), core), 0.05).report.removed_components == []
+    assert simplify_and_judge(solids.merge(wall(), core), 0.05).report.removed_components == []
     assert (
         len(
-            simplified(
-                solids.merged(wall(0.09), solids.box((1, 0.05, 1), (1, 0.02, 1))), 0.05
+            simplify_and_judge(
+                solids.merge(wall(0.09), solids.box((1, 0.05, 1), (1, 0.02, 1))), 0.05
             ).report.removed_components
         )
         == 1
@@ -134,8 +134,8 @@ def test_a_solid_deep_in_a_thick_wall_stays() -> None:
 
 
 def test_the_smaller_one_goes() -> None:
-    for mesh in (solids.merged(sheet(), sheet(0.01, 4.02)), solids.merged(sheet(0.01), sheet(0.0, 4.02))):
-        case = simplified(mesh, 0.05)
+    for mesh in (solids.merge(sheet(), sheet(0.01, 4.02)), solids.merge(sheet(0.01), sheet(0.0, 4.02))):
+        case = simplify_and_judge(mesh, 0.05)
         assert case.after.points.max() == 4.02
         assert well_done(case)
 
@@ -143,16 +143,16 @@ def test_the_smaller_one_goes() -> None:
 def test_what_went_frees_what_it_was_joined_to() -> None:
     # Without the flap, which is larger and goes later, the box would leave its edge to the flap alone.
     box = solids.box((0.2, 0.02, 0.2), (1, 0.01, 1))
-    flap = solids.of_polygons([(1, 0.01, 0.5), (1.2, 0.01, 0.5), (1.2, 0.01, 1), (1, 0.01, 1)])
-    case = simplified(solids.welded(solids.merged(sheet(), box, flap)), 0.05)
+    flap = solids.fan_polygons([(1, 0.01, 0.5), (1.2, 0.01, 0.5), (1.2, 0.01, 1), (1, 0.01, 1)])
+    case = simplify_and_judge(solids.weld(solids.merge(sheet(), box, flap)), 0.05)
     assert sorted(part.triangles for part in case.report.removed_components) == [2, 12]
     assert well_done(case)
 
 
 def test_sheets_that_hold_one_another_never_all_go() -> None:
-    # Each is near its neighbours alone: what a chain of them leaves must be near every one.
+    # Each is near its neighbors alone: what a chain of them leaves must be near every one.
     heights = [0.08 * i for i in range(7)]
-    case = simplified(solids.merged(*(sheet(height) for height in heights)), 0.1)
+    case = simplify_and_judge(solids.merge(*(sheet(height) for height in heights)), 0.1)
     left = np.unique(case.after.points[:, 1])
     assert 3 <= len(left) < 7
     assert np.abs(np.subtract.outer(heights, left)).min(axis=1).max() <= 0.1
@@ -167,24 +167,24 @@ def test_heaps_of_plates_stay_within_the_bound(seed: int) -> None:
         size = rng.uniform(0.02, 2.0, 3) * rng.choice([1, 1, 0.05], 3)
         at = rng.uniform(-0.3, 3.0, 3) * (1, 1, 0.1)
         shapes.append(solids.box(np.round(size, 2) + 0.01, np.round(at, rng.choice([1, 2]))))
-    mesh = solids.rotated(solids.merged(*shapes), float(rng.uniform(0, 90))) if seed % 2 else solids.merged(*shapes)
+    mesh = solids.rotate(solids.merge(*shapes), float(rng.uniform(0, 90))) if seed % 2 else solids.merge(*shapes)
     for tolerance in (0.02, 0.1, 0.4):
-        assert well_done(simplified(mesh, tolerance))
+        assert well_done(simplify_and_judge(mesh, tolerance))
 
 
 @pytest.mark.parametrize("seed", defer(range(4), range(1, 4)))
 def test_crumpled_sheets_on_one_another_stay_within_the_bound(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    base = solids.subdivided(sheet(), 3)
-    sheets = [solids.moved(solids.noisy(base, 0.03, seed + i), (0, rng.uniform(0, 0.1), 0)) for i in range(4)]
+    base = solids.subdivide(sheet(), 3)
+    sheets = [solids.move(solids.add_noise(base, 0.03, seed + i), (0, rng.uniform(0, 0.1), 0)) for i in range(4)]
     for tolerance in (0.02, 0.07, 0.2):
-        assert well_done(simplified(solids.merged(*sheets), tolerance))
+        assert well_done(simplify_and_judge(solids.merge(*sheets), tolerance))
 
 
 def test_the_order_of_faces_does_not_matter() -> None:
-    heap = solids.merged(*(sheet(0.03 * i, 1 + 0.1 * (i % 3)) for i in range(9)))
-    cases = [simplified(mesh, 0.1) for mesh in (heap, solids.shuffled(heap, 1), solids.shuffled(heap, 2))]
-    assert len({frozenset(judge.triangles(case.after)) for case in cases}) == 1
+    heap = solids.merge(*(sheet(0.03 * i, 1 + 0.1 * (i % 3)) for i in range(9)))
+    cases = [simplify_and_judge(mesh, 0.1) for mesh in (heap, solids.shuffle(heap, 1), solids.shuffle(heap, 2))]
+    assert len({frozenset(judge.collect_triangles(case.after)) for case in cases}) == 1
     assert len({len(case.report.removed_components) for case in cases}) == 1
 
 
@@ -215,7 +215,7 @@ def test_two_halves_hold_what_neither_holds_alone() -> None:
 
 def scene(*shapes: Shape, fixed: tuple[tuple[str, ...], ...] = ()) -> Scene:
     """One mesh, each shape a part of it."""
-    points, faces = solids.merged(*shapes)
+    points, faces = solids.merge(*shapes)
     parts = [Part(f"part {i}", fixed=fixed[i] if fixed else ()) for i in range(len(shapes))]
     part = np.repeat(np.arange(len(shapes), dtype=np.int32), [len(f) for _, f in shapes])
     return Scene(None, "arrays", [Mesh("mesh", points, np.ascontiguousarray(faces, np.int32), part, parts)], 0)
@@ -225,7 +225,7 @@ SPECK = solids.box((0.1, 0.1, 0.1), (9, 9, 9))
 
 
 def test_a_speck_goes_where_asked_and_is_listed() -> None:
-    given = scene(wall(), SPECK, solids.moved(SPECK, (0, 0, 3)))
+    given = scene(wall(), SPECK, solids.move(SPECK, (0, 0, 3)))
     for tolerance in (Tolerance(), Tolerance(0.01, "length")):
         (light,), report = simplify_scene(given, Options(tolerance=tolerance, min_component=0.2))
         assert len(light.faces) == report.after.triangles == 12
@@ -258,7 +258,7 @@ def test_size_is_measured_in_world_space() -> None:
 
 
 def test_specks_of_parts_that_are_passed_on_stay_and_are_told() -> None:
-    given = scene(wall(), SPECK, solids.moved(SPECK, (0, 0, 3)), fixed=((), ("skin",), ()))
+    given = scene(wall(), SPECK, solids.move(SPECK, (0, 0, 3)), fixed=((), ("skin",), ()))
     (light,), report = simplify_scene(given, Options(min_component=0.2))
     assert sorted(set(light.part_of_face.tolist())) == [0, 1]
     assert [part.part for part in report.removed_components] == ["part 2"]
@@ -266,7 +266,7 @@ def test_specks_of_parts_that_are_passed_on_stay_and_are_told() -> None:
 
 
 def test_copies_and_faces_without_area_go_with_their_speck() -> None:
-    points, faces = solids.with_copies(SPECK)
+    points, faces = solids.add_copies(SPECK)
     speck = solids.shape(points, np.concatenate([faces, [[0, 0, 1], faces[0][[0, 2, 1]]]]))
     (result,), report = simplify_scene(scene(wall(), speck), Options(min_component=0.2))
     assert len(result.faces) == 12
@@ -284,8 +284,8 @@ def test_parts_passed_on_hold_others() -> None:
 
 def test_corners_of_a_heap_in_any_place(capsys: pytest.CaptureFixture[str]) -> None:
     # Coordinates of map projections: proofs are about a local origin.
-    mesh = solids.moved(solids.merged(wall(), solids.box((1, 0.04, 0.05), (1.5, -0.04, 1))), (4e6, 5e6, 100))
-    case = simplified(mesh, 0.05)
+    mesh = solids.move(solids.merge(wall(), solids.box((1, 0.04, 0.05), (1.5, -0.04, 1))), (4e6, 5e6, 100))
+    case = simplify_and_judge(mesh, 0.05)
     assert len(case.report.removed_components) == 1
     assert well_done(case)
 
@@ -295,15 +295,15 @@ def test_every_combination_of_three_plates() -> None:
     plates = [solids.box((2, 2, 0.25)), solids.box((1, 2, 0.25), (0, 0, 0.25)), solids.box((2, 2, 0.25), (0, 0, 0.25)),
               solids.box((1, 1, 0.25), (0.5, 0.5, -0.25)), solids.box((2, 2, 0.5), (0, 0, 0))]  # fmt: skip
     for chosen in itertools.combinations(plates, 3):
-        case = simplified(solids.welded(solids.merged(*chosen)), 0.3)
+        case = simplify_and_judge(solids.weld(solids.merge(*chosen)), 0.3)
         assert well_done(case), chosen
 
 
 def test_what_faces_carry_stays_theirs_where_small_parts_go() -> None:
-    """A wall of two colours behind a speck that goes."""
-    speck, left, right = solids.square(), solids.square(), solids.moved(solids.square(), (1, 0, 0))
+    """A wall of two colors behind a speck that goes."""
+    speck, left, right = solids.square(), solids.square(), solids.move(solids.square(), (1, 0, 0))
     small = (0.01 * speck[0] - 5.0, speck[1])
-    shape = solids.merged(small, left, right)
+    shape = solids.merge(small, left, right)
     color = np.repeat([[0.0], [1.0], [0.5]], 2, axis=0)
     carried = Attribute("FACE_COLOR_0", "color", color, np.ones((1, 1)), on_faces=True)
     mesh = Mesh("wall", *shape, np.zeros(6, np.int32), [Part("wall")], attributes=[carried])
@@ -315,8 +315,8 @@ def test_what_faces_carry_stays_theirs_where_small_parts_go() -> None:
 
 @pytest.mark.parametrize("one_sided", [False, True])
 def test_a_sheet_seen_from_one_side_stays_before_its_back(one_sided: bool) -> None:
-    front, back = solids.square(), solids.reversed_winding(solids.moved(solids.square(), (0, 0, 1e-3)))
-    shape = solids.merged(front, back)
+    front, back = solids.square(), solids.reverse_winding(solids.move(solids.square(), (0, 0, 1e-3)))
+    shape = solids.merge(front, back)
     mesh = Mesh("sign", *shape, np.repeat([0, 1], 2).astype(np.int32), [Part(n, (), (), one_sided) for n in "ab"])
     outcome = simplify_mesh(mesh, 0.01)
     assert len(outcome.dropped) == (0 if one_sided else 1)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from quick import split_seeds
-from texels import INTERPOLATED, Dressed, displacement, dressed
-from textured_shapes import COLOURS, MAPS, PLACES, SOURCES, in_rows, planar, textured_shape, wall_of_face
+from texels import INTERPOLATED, Dressed, dress, measure_displacement
+from textured_shapes import COLORS, MAPS, PLACES, SOURCES, label_walls, map_planes, share_rows, textured_shape
 
 from bldsimp import Options, Tolerance
 from bldsimp.io import read
@@ -35,12 +35,12 @@ def reach(mesh: Mesh, report: Report) -> float:
 
 
 def off(mesh: Mesh, light: SimplifiedMesh, report: Report, kind: str, *, back: bool) -> float:
-    """How far UV or colours have moved on the result, and seen from the original too, if asked."""
-    before, after = dressed(mesh, kinds=(kind,)), dressed(mesh, light, (kind,))
+    """How far UV or colors have moved on the result, and seen from the original too, if asked."""
+    before, after = dress(mesh, kinds=(kind,)), dress(mesh, light, (kind,))
     within = reach(mesh, report)
-    found = displacement(after, before, within, np.random.default_rng(0), 3).max()
+    found = measure_displacement(after, before, within, np.random.default_rng(0), 3).max()
     if back:
-        found = max(found, displacement(before, after, within, np.random.default_rng(1), 1).max())
+        found = max(found, measure_displacement(before, after, within, np.random.default_rng(1), 1).max())
     return float(found)
 
 
@@ -51,12 +51,12 @@ def off(mesh: Mesh, light: SimplifiedMesh, report: Report, kind: str, *, back: b
 def walls() -> Dressed:
     mesh, _ = textured_shape(4)
     assert {attribute.kind for attribute in mesh.attributes} == {"uv", "color"}
-    return dressed(mesh)
+    return dress(mesh)
 
 
 def judged(spoilt: Dressed, original: Dressed) -> float:
     """The greatest displacement within a thousandth of the size."""
-    return float(displacement(spoilt, original, 1e-3, np.random.default_rng(0)).max())
+    return float(measure_displacement(spoilt, original, 1e-3, np.random.default_rng(0)).max())
 
 
 def test_the_judge_sees_nothing_where_nothing_is(walls: Dressed) -> None:
@@ -92,7 +92,7 @@ def test_the_judge_sees_what_is_lost(walls: Dressed) -> None:
 
 def test_every_source_map_and_place_comes_up() -> None:
     stories = " ".join(textured_shape(seed)[1] for seed in SEEDS).replace(":", " ").split()
-    assert {make.__name__ for make in (*SOURCES, *MAPS, *COLOURS, *PLACES)} <= set(stories)
+    assert {make.__name__ for make in (*SOURCES, *MAPS, *COLORS, *PLACES)} <= set(stories)
 
 
 # Random shapes
@@ -103,7 +103,7 @@ def test_random_textures_stay_within_half_a_texel_and_what_the_report_says(seeds
     for seed in seeds:
         mesh, story = textured_shape(seed)
         light, report = simplified(mesh)
-        assert dressed(mesh, light).torn == 0, f"seed {seed}: {story}"
+        assert dress(mesh, light).torn == 0, f"seed {seed}: {story}"
         told = report.texels or 0.0
         assert told <= TEXTURE_TOLERANCE
         assert off(mesh, light, report, "uv", back=True) <= told + ROUNDED, f"seed {seed}: {story}"
@@ -141,10 +141,13 @@ def test_affine_maps_cost_no_points_but_those_of_their_changes() -> None:
     for seed in range(30):
         rng = np.random.default_rng(seed)
         points, faces = SOURCES[seed % 2](rng)
-        walls = wall_of_face(points, faces)
+        walls = label_walls(points, faces)
         one = np.zeros(len(faces), np.int64)
-        uv = planar(points[faces], one, walls, rng)
-        textured, plain = in_rows((points, faces), one, {"TEXCOORD_0": uv}, rng), in_rows((points, faces), one, {}, rng)
+        uv = map_planes(points[faces], one, walls, rng)
+        textured, plain = (
+            share_rows((points, faces), one, {"TEXCOORD_0": uv}, rng),
+            share_rows((points, faces), one, {}, rng),
+        )
         counts = [simplified(mesh)[1].after.points for mesh in (textured, plain)]
         assert counts[0] == counts[1] < len(plain.points), f"seed {seed}"
 
@@ -164,6 +167,6 @@ def test_textures_of_our_house_stay_in_place(suffix: str, percent: float) -> Non
         kinds = {attribute.kind for attribute in mesh.attributes}
         assert kinds <= set(INTERPOLATED)
         assert kinds, mesh.name
-        before, after = dressed(mesh), dressed(mesh, light)
-        found = displacement(after, before, reach(mesh, report), np.random.default_rng(0), 20).max()
+        before, after = dress(mesh), dress(mesh, light)
+        found = measure_displacement(after, before, reach(mesh, report), np.random.default_rng(0), 20).max()
         assert found <= report.texels + ROUNDED, mesh.name

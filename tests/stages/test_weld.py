@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shapes import Gltf, fine_box, glb_parts, glb_values
+from shapes import Gltf, fine_box, read_values, split_glb
 
 from bldsimp import Options, Report, Tolerance, _core
 from bldsimp.inspection import count_defects
@@ -87,10 +87,10 @@ def test_a_glb_is_closed_as_it_is_written(tmp_path: Path, textured: bool) -> Non
     surface = count_defects(mesh.points, mesh.faces)
     assert (surface.watertight, surface.points) == (True, report.after.points)
     after = (tmp_path / "out.glb").read_bytes()
-    primitives = glb_parts(after)[0]["meshes"][0]["primitives"]
+    primitives = split_glb(after)[0]["meshes"][0]["primitives"]
     if textured:
         attributes = primitives[1]["attributes"]
-        shown, at = (glb_values(after, attributes[name]) for name in ("TEXCOORD_0", "POSITION"))
+        shown, at = (read_values(after, attributes[name]) for name in ("TEXCOORD_0", "POSITION"))
         # A corner keeps what it carries where a weld moved it, by up to 0.02.
         assert np.allclose(shown, at[:, :2] / 4, atol=0.02 / 4)
 

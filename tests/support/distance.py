@@ -45,12 +45,14 @@ class Boxes:
         return np.linalg.norm(np.maximum(outside, 0), axis=1) * (1 - 1e-12)
 
 
-def distance_to_triangles(points: Array, tree: Boxes) -> Array:
+def measure_distance(points: Array, tree: Boxes) -> Array:
     """Distance of each point to the nearest triangle of a tree; a triangle may be a line segment."""
-    return np.concatenate([_nearest(points[i : i + 5000], tree) for i in range(0, len(points), 5000)] or [np.empty(0)])
+    return np.concatenate(
+        [_find_nearest(points[i : i + 5000], tree) for i in range(0, len(points), 5000)] or [np.empty(0)]
+    )
 
 
-def _nearest(points: Array, tree: Boxes) -> Array:
+def _find_nearest(points: Array, tree: Boxes) -> Array:
     best = _descend(points, tree)
     row = np.arange(len(points))
     node = np.zeros(len(points), np.int64)
@@ -62,7 +64,7 @@ def _nearest(points: Array, tree: Boxes) -> Array:
     step = max(1, PAIRS // width)
     for i in range(0, len(row), step):
         rows = np.repeat(row[i : i + step], width)
-        own = distance_to_own_triangle(points[rows], tree.corners[tree.leaves[node[i : i + step]].reshape(-1)])
+        own = measure_own_distance(points[rows], tree.corners[tree.leaves[node[i : i + step]].reshape(-1)])
         np.minimum.at(best, rows, own)
     return best
 
@@ -75,39 +77,39 @@ def _descend(points: Array, tree: Boxes) -> Array:
         second = tree.gap(level, 2 * node + 1, points)
         node = 2 * node + (second < first)
     width = tree.leaves.shape[1]
-    own = distance_to_own_triangle(np.repeat(points, width, axis=0), tree.corners[tree.leaves[node].reshape(-1)])
+    own = measure_own_distance(np.repeat(points, width, axis=0), tree.corners[tree.leaves[node].reshape(-1)])
     return own.reshape(-1, width).min(axis=1)
 
 
-def distance_to_own_triangle(p: Array, corners: Array) -> Array:
+def measure_own_distance(p: Array, corners: Array) -> Array:
     """Distance of point i to triangle i: to its sides, and to the inside where the foot lies there.
 
     From the longest side the height of the triangle is found without loss; all ways are made square to
     that side before they are compared, since a needle's height drowns in the rounding of its length.
     """
-    best = np.min([_to_own_segment(p, corners[:, i], corners[:, (i + 1) % 3]) for i in range(3)], axis=0)
+    best = np.min([_measure_to_segment(p, corners[:, i], corners[:, (i + 1) % 3]) for i in range(3)], axis=0)
     sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
     first = np.argmax(sides, axis=1)
     rows = np.arange(len(corners))
     a, b, c = (corners[rows, (first + i) % 3] for i in range(3))
     base, side, way = b - a, c - a, p - a
     with np.errstate(divide="ignore", invalid="ignore"):
-        height = _across(_across(side, base), base)
-        t = _dot(_across(way, base), height) / _dot(height, height)
+        height = _take_across(_take_across(side, base), base)
+        t = _dot(_take_across(way, base), height) / _dot(height, height)
         s = _dot(way - t[:, None] * side, base) / _dot(base, base)
         inside = (s >= 0) & (t >= 0) & (s + t <= 1)
         foot = way - s[:, None] * base - t[:, None] * side
     return np.where(inside, np.minimum(best, np.linalg.norm(np.where(inside[:, None], foot, 0), axis=1)), best)
 
 
-def _to_own_segment(p: Array, a: Array, b: Array) -> Array:
+def _measure_to_segment(p: Array, a: Array, b: Array) -> Array:
     way, base = p - a, b - a
     square = _dot(base, base)
     t = np.clip(np.divide(_dot(way, base), square, out=np.zeros(len(p)), where=square > 0), 0, 1)
     return np.minimum(np.linalg.norm(way - t[:, None] * base, axis=1), np.linalg.norm(p - b, axis=1))
 
 
-def _across(way: Array, base: Array) -> Array:
+def _take_across(way: Array, base: Array) -> Array:
     """What of a way is not along `base`."""
     return way - (_dot(way, base) / _dot(base, base))[:, None] * base
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from shapes import Gltf, fine_box, glb_parts
+from shapes import Gltf, fine_box, split_glb
 
 from bldsimp import Options
 from bldsimp.io import read
@@ -57,7 +57,7 @@ def simplify_glb(data: bytes, path: Path, options: Options = DEFAULTS) -> tuple[
 
 
 def new_primitive(data: bytes, number: int = 0) -> dict[str, Any]:
-    primitive: dict[str, Any] = glb_parts(data)[0]["meshes"][0]["primitives"][number]
+    primitive: dict[str, Any] = split_glb(data)[0]["meshes"][0]["primitives"][number]
     return primitive
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
-from shapes import glb_parts
+from shapes import split_glb
 
 _KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -27,7 +27,7 @@ class Contents:
     def __init__(self, path: Path) -> None:
         data = path.read_bytes()
         self.folder = path.parent
-        self.json, binary = glb_parts(data) if data[:4] == b"glTF" else (json.loads(data), b"")
+        self.json, binary = split_glb(data) if data[:4] == b"glTF" else (json.loads(data), b"")
         self.buffers = [self.uri(e["uri"]) if "uri" in e else binary for e in self.json.get("buffers", [])]
 
     def uri(self, uri: str) -> bytes:

@@ -13,7 +13,7 @@ from bldsimp.report import Report
 
 
 @dataclass(frozen=True)
-class Judged:
+class Verdict:
     """Input and result as the judge sees them, and what the program says of them."""
 
     before: judge.Surface
@@ -22,19 +22,19 @@ class Judged:
     result: Shape
 
 
-def simplified(mesh: Shape, tolerance: float | None = None, *, share: float | None = None) -> Judged:
+def simplify_and_judge(mesh: Shape, tolerance: float | None = None, *, share: float | None = None) -> Verdict:
     """Simplify within a length, or a share of the diagonal, or by default within `auto`."""
-    before = judge.surface(*mesh)
+    before = judge.make_surface(*mesh)
     if share is not None:
-        tolerance = share * judge.extent(before)
+        tolerance = share * judge.measure_extent(before)
     result = bldsimp.simplify(mesh, tolerance)
-    return Judged(before, judge.surface(*result.mesh), result.report, result.mesh)
+    return Verdict(before, judge.make_surface(*result.mesh), result.report, result.mesh)
 
 
-def broken(case: Judged, count: int = 200) -> list[str]:
+def find_broken(case: Verdict, count: int = 200) -> list[str]:
     """Promises that a result breaks."""
     report = case.report
-    found = judge.broken(
+    found = judge.find_broken(
         case.before, case.after, report.tolerance, report.deviation,
         healed=report.healed_t_junctions, dropped=bool(report.removed_components), count=count,
     )  # fmt: skip

@@ -16,7 +16,7 @@ Edge = tuple[int, int]
 Triangle = tuple[int, int, int]
 
 
-def exact(points: Iterable[Sequence[float]]) -> list[Point]:
+def make_exact(points: Iterable[Sequence[float]]) -> list[Point]:
     """The points as fractions."""
     return [(Fraction(float(x)), Fraction(float(y))) for x, y in points]
 
@@ -198,7 +198,7 @@ class Net:
 
 def triangulate(points: Sequence[Sequence[float]], segments: Sequence[Edge], carve: bool) -> Net:
     """Steps 1 to 6. Points must differ, and segments must not cross."""
-    net = Net(exact(points))
+    net = Net(make_exact(points))
     # 1. The ends of every segment are points, inserted one by one.
     third = next((i for i in range(2, len(points)) if net.turn(0, 1, i) != 0), None)
     if third is None:
@@ -217,7 +217,7 @@ def triangulate(points: Sequence[Sequence[float]], segments: Sequence[Edge], car
 # 6. Carve by the midpoint of a median.
 
 
-def median_midpoint(a: Point, b: Point, c: Point) -> Point:
+def find_median_midpoint(a: Point, b: Point, c: Point) -> Point:
     return (2 * a[0] + b[0] + c[0]) / 4, (2 * a[1] + b[1] + c[1]) / 4
 
 
@@ -233,7 +233,7 @@ def is_inside(m: Point, points: list[Point], segments: Iterable[Edge]) -> bool:
 
 def carve_outside(net: Net, segments: Sequence[Edge]) -> None:
     for triangle in net.triangles():
-        if not is_inside(median_midpoint(*(net.points[i] for i in triangle)), net.points, segments):
+        if not is_inside(find_median_midpoint(*(net.points[i] for i in triangle)), net.points, segments):
             net.remove(*triangle)
 
 
@@ -261,7 +261,7 @@ def orient(points: Sequence[Vector], triangles: Iterable[Triangle], facet_normal
 # 8. Vertex normals.
 
 
-def vertex_normals(points: Sequence[Vector], facets: Iterable[list[Triangle]]) -> list[dict[int, Vector]]:
+def compute_vertex_normals(points: Sequence[Vector], facets: Iterable[list[Triangle]]) -> list[dict[int, Vector]]:
     """Per facet and point the facet's normal: flat across creases. Not of unit length."""
     result = []
     for triangles in facets:

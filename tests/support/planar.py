@@ -26,25 +26,25 @@ def rings(*outlines) -> tuple[np.ndarray, list[tuple[int, int]]]:
     return points, segments
 
 
-def checked(points, segments, **options) -> Triangulation:
+def check(points, segments, **options) -> Triangulation:
     result = triangulate(points, segments, **options)
     result.validate()
     return result
 
 
-def area(result: Triangulation) -> float:
+def compute_area(result: Triangulation) -> float:
     a, b, c = np.moveaxis(result.points[result.triangles], 1, 0)
     return 0.5 * float(np.sum((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]))
 
 
-def shapes(result: Triangulation) -> set[frozenset[tuple[float, float]]]:
+def collect_shapes(result: Triangulation) -> set[frozenset[tuple[float, float]]]:
     """Triangles by coordinates, whatever the numbers of their points."""
     return {frozenset(map(tuple, result.points[t].tolist())) for t in result.triangles}
 
 
 def cross(points, first, second) -> bool:
     """Whether two segments cross at a point that is none of the input's."""
-    exact = oracle.exact(points)
+    exact = oracle.make_exact(points)
     a, b, c, d = (exact[i] for i in (*first, *second))
     return (
         oracle.orient2d(a, b, c) * oracle.orient2d(a, b, d) < 0

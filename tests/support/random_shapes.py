@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from solids import Shape, merged, of_polygons, rotated, shape, soup, two_sided, voxels, welded
+from solids import Shape, add_backs, fan_polygons, merge, rotate, shape, unweld, voxels, weld
 
 Random = np.random.Generator
 
@@ -40,7 +40,7 @@ def flat_cells(rng: Random) -> Shape:
     width, depth = (int(n) for n in rng.integers(2, 6, 2))
     chosen = [(x, y) for x in range(width) for y in range(depth) if rng.random() < 0.65] or [(0, 0)]
     squares = ([(x, y, 0), (x + 1, y, 0), (x + 1, y + 1, 0), (x, y + 1, 0)] for x, y in chosen)
-    return cut_finely(of_polygons(*squares), rng)
+    return cut_finely(fan_polygons(*squares), rng)
 
 
 def extrusion(rng: Random) -> Shape:
@@ -54,7 +54,7 @@ def extrusion(rng: Random) -> Shape:
         polygons.append([low[i - 1], low[i], high[i], high[i - 1]])
         polygons.append([low[i], low[i - 1], (0, 0, 0)])
         polygons.append([high[i - 1], high[i], (0, 0, 4)])
-    return cut_finely(of_polygons(*polygons), rng)
+    return cut_finely(fan_polygons(*polygons), rng)
 
 
 def tangle(rng: Random) -> Shape:
@@ -81,7 +81,7 @@ def hills(rng: Random) -> Shape:
 def two_solids(rng: Random) -> Shape:
     """Two unions of cells, the second smaller, moved by a fraction: they overlap, touch or nest."""
     first, second = cells(rng), cells(rng)
-    return merged(first, (second[0] * rng.choice([0.5, 1, 2]) + rng.integers(-2, 3, 3) * 0.5, second[1]))
+    return merge(first, (second[0] * rng.choice([0.5, 1, 2]) + rng.integers(-2, 3, 3) * 0.5, second[1]))
 
 
 SOURCES: list[Callable[[Random], Shape]] = [cells, flat_cells, extrusion, tangle, hills, two_solids]
@@ -128,14 +128,14 @@ def _split_face(mesh: Shape, rng: Random) -> Shape:
 # Spoils
 
 
-def with_t_junctions(mesh: Shape, rng: Random) -> Shape:
+def add_t_junctions(mesh: Shape, rng: Random) -> Shape:
     """Edges are cut in one face alone."""
     for _ in range(int(rng.integers(1, 4))):
         mesh = _split_edge(mesh, rng, all_faces=False) if len(mesh[1]) else mesh
     return mesh
 
 
-def with_closed_t_junctions(mesh: Shape, rng: Random) -> Shape:
+def add_closed_t_junctions(mesh: Shape, rng: Random) -> Shape:
     """Edges are cut in one face, and a face without area closes the gap."""
     points, faces = mesh
     for _ in range(int(rng.integers(1, 4))):
@@ -147,39 +147,39 @@ def with_closed_t_junctions(mesh: Shape, rng: Random) -> Shape:
     return shape(points, faces)
 
 
-def with_openings(mesh: Shape, rng: Random) -> Shape:
+def cut_openings(mesh: Shape, rng: Random) -> Shape:
     keep = rng.random(len(mesh[1])) > rng.choice([0.05, 0.3])
     keep[0] = True
     return mesh[0], mesh[1][keep]
 
 
-def with_some_copies(mesh: Shape, rng: Random) -> Shape:
+def add_some_copies(mesh: Shape, rng: Random) -> Shape:
     return mesh[0], np.concatenate([mesh[1], mesh[1][rng.random(len(mesh[1])) < 0.2]])
 
 
-def with_some_backs(mesh: Shape, rng: Random) -> Shape:
+def add_some_backs(mesh: Shape, rng: Random) -> Shape:
     return mesh[0], np.concatenate([mesh[1], mesh[1][rng.random(len(mesh[1])) < 0.3][:, ::-1]])
 
 
-def with_two_sides(mesh: Shape, rng: Random) -> Shape:
-    return two_sided(mesh) if rng.random() < 0.5 else mesh
+def make_two_sided(mesh: Shape, rng: Random) -> Shape:
+    return add_backs(mesh) if rng.random() < 0.5 else mesh
 
 
-def with_turned_faces(mesh: Shape, rng: Random) -> Shape:
+def turn_some_faces(mesh: Shape, rng: Random) -> Shape:
     turned = rng.random(len(mesh[1])) < rng.choice([0.1, 0.5, 1])
     return mesh[0], np.where(turned[:, None], mesh[1][:, ::-1], mesh[1])
 
 
-def as_soup(mesh: Shape, rng: Random) -> Shape:
-    return soup(mesh) if rng.random() < 0.5 else welded(mesh)
+def make_soup(mesh: Shape, rng: Random) -> Shape:
+    return unweld(mesh) if rng.random() < 0.5 else weld(mesh)
 
 
-def with_noise(mesh: Shape, rng: Random) -> Shape:
+def shake(mesh: Shape, rng: Random) -> Shape:
     size = rng.choice([1e-15, 1e-9, 1e-6, 1e-5, 1e-3])
     return mesh[0] + rng.uniform(-size, size, mesh[0].shape), mesh[1]
 
 
-def with_a_folded_fan(mesh: Shape, rng: Random) -> Shape:
+def fold_a_fan(mesh: Shape, rng: Random) -> Shape:
     """One point is moved along an axis by a lot or by little."""
     points = mesh[0].copy()
     points[rng.integers(len(points)), rng.integers(3)] += rng.choice([-1, -0.5, 0.5, 1, 1e-7, 1e-4])
@@ -187,34 +187,34 @@ def with_a_folded_fan(mesh: Shape, rng: Random) -> Shape:
 
 
 SPOILS: list[Callable[[Shape, Random], Shape]] = [
-    with_t_junctions, with_closed_t_junctions, with_openings, with_some_copies, with_some_backs,
-    with_two_sides, with_turned_faces, with_noise, with_a_folded_fan, as_soup,
+    add_t_junctions, add_closed_t_junctions, cut_openings, add_some_copies, add_some_backs,
+    make_two_sided, turn_some_faces, shake, fold_a_fan, make_soup,
 ]  # fmt: skip
 
 
 # Places
 
 
-def as_it_is(mesh: Shape, rng: Random) -> Shape:
+def keep(mesh: Shape, rng: Random) -> Shape:
     return mesh
 
 
-def turned_single(mesh: Shape, rng: Random) -> Shape:
-    points, faces = rotated(mesh, float(rng.uniform(0, 90)))
+def turn_and_round(mesh: Shape, rng: Random) -> Shape:
+    points, faces = rotate(mesh, float(rng.uniform(0, 90)))
     return points.astype(np.float32).astype(float), faces
 
 
-def turned(mesh: Shape, rng: Random) -> Shape:
-    return rotated(mesh, float(rng.uniform(0, 90)))
+def turn(mesh: Shape, rng: Random) -> Shape:
+    return rotate(mesh, float(rng.uniform(0, 90)))
 
 
-def squeezed(mesh: Shape, rng: Random) -> Shape:
+def squeeze(mesh: Shape, rng: Random) -> Shape:
     return mesh[0] * rng.choice([1, 1e-3, 1e-5, 2.0**-24], 3), mesh[1]
 
 
-def on_the_map(mesh: Shape, rng: Random) -> Shape:
+def move_to_the_map(mesh: Shape, rng: Random) -> Shape:
     far = mesh[0] + [500_000, 5_000_000, 100]
     return (far.astype(np.float32).astype(float) if rng.random() < 0.5 else far), mesh[1]
 
 
-PLACES: list[Callable[[Shape, Random], Shape]] = [as_it_is, turned_single, turned, squeezed, on_the_map]
+PLACES: list[Callable[[Shape, Random], Shape]] = [keep, turn_and_round, turn, squeeze, move_to_the_map]

@@ -172,15 +172,15 @@ class Gltf:
         return json.dumps({**self.json, "buffers": [{"byteLength": len(self.data), "uri": uri or inside}]}).encode()
 
 
-def glb_parts(data: bytes) -> tuple[dict[str, Any], bytes]:
+def split_glb(data: bytes) -> tuple[dict[str, Any], bytes]:
     """JSON and binary of a GLB file."""
     size = struct.unpack_from("<I", data, 12)[0]
     return json.loads(data[20 : 20 + size]), data[28 + size :]
 
 
-def glb_values(data: bytes, accessor: int) -> np.ndarray:
+def read_values(data: bytes, accessor: int) -> np.ndarray:
     """Values of an accessor of a GLB file, read the plain way, by a reader that is not the program's."""
-    json_, binary = glb_parts(data)
+    json_, binary = split_glb(data)
     entry = json_["accessors"][accessor]
     view = json_["bufferViews"][entry["bufferView"]]
     kind = np.dtype(
@@ -193,7 +193,7 @@ def glb_values(data: bytes, accessor: int) -> np.ndarray:
     return np.array(rows)
 
 
-def triangle_set(points: Any, faces: Any) -> set[tuple[tuple[float, ...], ...]]:
+def collect_triangles(points: Any, faces: Any) -> set[tuple[tuple[float, ...], ...]]:
     """Triangles by their positions, turned so that the least corner is first."""
     found = set()
     for face in np.asarray(faces):

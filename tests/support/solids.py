@@ -29,33 +29,33 @@ def shape(points: ArrayLike, faces: ArrayLike) -> Shape:
     return np.asarray(points, float).reshape(-1, 3), np.asarray(faces, np.int64).reshape(-1, 3)
 
 
-def merged(*shapes: Shape) -> Shape:
+def merge(*shapes: Shape) -> Shape:
     """Shapes side by side in one mesh; equal positions are not welded."""
     offset = np.cumsum([0] + [len(p) for p, _ in shapes[:-1]])
     points = np.concatenate([p for p, _ in shapes])
     return shape(points, np.concatenate([f + o for (_, f), o in zip(shapes, offset, strict=True)]))
 
 
-def welded(mesh: Shape) -> Shape:
+def weld(mesh: Shape) -> Shape:
     """Equal positions become one row."""
     points, inverse = np.unique(mesh[0] + 0.0, axis=0, return_inverse=True)
     return shape(points, inverse.reshape(-1)[mesh[1]])
 
 
-def of_polygons(*polygons: ArrayLike) -> Shape:
+def fan_polygons(*polygons: ArrayLike) -> Shape:
     """Convex polygons as fans from their first corner, welded."""
     fans = []
     for polygon in polygons:
         corners = np.asarray(polygon, float)
         fans.append(shape(corners, [[0, i, i + 1] for i in range(1, len(corners) - 1)]))
-    return welded(merged(*fans))
+    return weld(merge(*fans))
 
 
 # Solids
 
 
 def box(size: ArrayLike = (1, 1, 1), at: ArrayLike = (0, 0, 0)) -> Shape:
-    return of_polygons(*(np.array(side) * size + at for side in SIDES))
+    return fan_polygons(*(np.array(side) * size + at for side in SIDES))
 
 
 def prism(outline: ArrayLike, height: float = 4.0) -> Shape:
@@ -106,14 +106,14 @@ def canopy() -> Shape:
         points = a + outline[:, :1] * (b - a) / np.linalg.norm(b - a) + outline[:, 1:] * (0, 0, 1)
         points[1] = b
         shapes.append(shape(points, faces))
-    return merged(*shapes)
+    return merge(*shapes)
 
 
 def gabled_house() -> Shape:
     a, b, c, d = (0, 0, 0), (8, 0, 0), (8, 6, 0), (0, 6, 0)
     e, f, g, h = (0, 0, 4), (8, 0, 4), (8, 6, 4), (0, 6, 4)
     west, east = (0, 3, 6), (8, 3, 6)
-    return of_polygons(
+    return fan_polygons(
         [a, d, c, b], [a, b, f, e], [c, d, h, g], [b, c, g, east, f], [d, a, e, west, h],
         [e, f, east, west], [g, h, west, east],
     )  # fmt: skip
@@ -125,17 +125,17 @@ def pillow() -> Shape:
 
 
 def inside_out_box() -> Shape:
-    return reversed_winding(box())
+    return reverse_winding(box())
 
 
 def room_with_cavity() -> Shape:
     """A box within a box; the inner one faces inwards, as a cavity must."""
-    return merged(box((4, 4, 4)), reversed_winding(box((2, 2, 2), (1, 1, 1))))
+    return merge(box((4, 4, 4)), reverse_winding(box((2, 2, 2), (1, 1, 1))))
 
 
 def box_within_a_box() -> Shape:
     """Both face outwards; as a cavity the inner one stands wrong, as a solid it is right."""
-    return merged(box((4, 4, 4)), box((2, 2, 2), (1, 1, 1)))
+    return merge(box((4, 4, 4)), box((2, 2, 2), (1, 1, 1)))
 
 
 def thin_plate(thickness: float = 2**-30) -> Shape:
@@ -148,21 +148,21 @@ def frame() -> Shape:
 
 
 def boxes_touching_in_an_edge() -> Shape:
-    return welded(merged(box(), box(at=(1, 1, 0))))
+    return weld(merge(box(), box(at=(1, 1, 0))))
 
 
 def boxes_touching_in_a_point() -> Shape:
-    return welded(merged(box(), box(at=(1, 1, 1))))
+    return weld(merge(box(), box(at=(1, 1, 1))))
 
 
 def boxes_sharing_part_of_a_wall() -> Shape:
     """Two boxes whose walls overlap, but share no edge."""
-    return merged(box((2, 2, 2)), box((2, 1, 1), (2, 0.5, 0.5)))
+    return merge(box((2, 2, 2)), box((2, 1, 1), (2, 0.5, 0.5)))
 
 
 def rooms_back_to_back() -> Shape:
     """Two boxes that share a whole wall, each with its own diagonal there."""
-    return welded(merged(box(), box(at=(1, 0, 0))))
+    return weld(merge(box(), box(at=(1, 0, 0))))
 
 
 def wall_between_two_rooms() -> Shape:
@@ -182,7 +182,7 @@ def voxels(filled: NDArray[np.bool_], size: ArrayLike = (1, 1, 1)) -> Shape:
             out = np.round(corners.mean(axis=0) * 2 - 1).astype(int)
             if not around[tuple(cell + 1 + out)]:
                 polygons.append((corners + cell) * np.asarray(size, float))
-    return of_polygons(*polygons)
+    return fan_polygons(*polygons)
 
 
 def pyramid() -> Shape:
@@ -190,7 +190,7 @@ def pyramid() -> Shape:
     turn = [(10, 0), (8, 6), (6, 8), (0, 10), (-6, 8), (-10, 0), (-8, -6), (-6, -8), (0, -10), (8, -6)]
     low, high = [(x, y, 0) for x, y in turn], [(x, y, 4) for x, y in turn]
     walls = [[low[i - 1], low[i], high[i], high[i - 1]] for i in range(10)]
-    return of_polygons(low[::-1], *walls, *([high[i - 1], high[i], (0, 0, 12)] for i in range(10)))
+    return fan_polygons(low[::-1], *walls, *([high[i - 1], high[i], (0, 0, 12)] for i in range(10)))
 
 
 # Open and odd surfaces
@@ -211,7 +211,7 @@ def open_cone() -> Shape:
 
 def plate_with_holes() -> Shape:
     """A plate 5 x 3 with two square holes."""
-    return of_polygons(
+    return fan_polygons(
         *(
             [(x, y, 0), (x + 1, y, 0), (x + 1, y + 1, 0), (x, y + 1, 0)]
             for x in range(5)
@@ -223,7 +223,7 @@ def plate_with_holes() -> Shape:
 
 def looping_path() -> Shape:
     """A path in one plane that runs over itself."""
-    return of_polygons(
+    return fan_polygons(
         *(
             [(x, y, 0) for x, y in ring]
             for ring in (
@@ -236,7 +236,7 @@ def looping_path() -> Shape:
 
 def pinched_plate() -> Shape:
     """A plate whose two holes touch in one point."""
-    return of_polygons(
+    return fan_polygons(
         *(
             [(x, y, 0), (x + 1, y, 0), (x + 1, y + 1, 0), (x, y + 1, 0)]
             for x in range(4)
@@ -271,12 +271,12 @@ def moebius(steps: int = 9) -> Shape:
 def three_leaves() -> Shape:
     """Three squares on one edge."""
     leaves = ((1, 0), (-1, 1), (-1, -1))
-    return of_polygons(*([(0, 0, 0), (0, 0, 2), (x, y, 2), (x, y, 0)] for x, y in leaves))
+    return fan_polygons(*([(0, 0, 0), (0, 0, 2), (x, y, 2), (x, y, 0)] for x, y in leaves))
 
 
 def t_junction_wall() -> Shape:
     """Two squares above a wide one that does not know the point between them."""
-    return of_polygons(
+    return fan_polygons(
         [(0, 0, 0), (2, 0, 0), (2, 0, 1), (0, 0, 1)],
         [(0, 0, 1), (1, 0, 1), (1, 0, 2), (0, 0, 2)],
         [(1, 0, 1), (2, 0, 1), (2, 0, 2), (1, 0, 2)],
@@ -309,12 +309,12 @@ def staircase(steps: int = 6, height: float = 0.5) -> Shape:
         z = i * height
         polygons.append([(i, 0, z), (i, 0, z + height), (i, 3, z + height), (i, 3, z)])
         polygons.append([(i, 0, z + height), (i + 1, 0, z + height), (i + 1, 3, z + height), (i, 3, z + height)])
-    return of_polygons(*polygons)
+    return fan_polygons(*polygons)
 
 
 def crossing_squares() -> Shape:
     """Two squares that cross without sharing a point."""
-    return of_polygons([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)], [(0, 1, -1), (2, 1, -1), (2, 1, 1), (0, 1, 1)])
+    return fan_polygons([(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)], [(0, 1, -1), (2, 1, -1), (2, 1, 1), (0, 1, 1)])
 
 
 def collinear_triangle() -> Shape:
@@ -325,38 +325,38 @@ def collinear_triangle() -> Shape:
 # Ways to make a shape harder
 
 
-def reversed_winding(mesh: Shape) -> Shape:
+def reverse_winding(mesh: Shape) -> Shape:
     return mesh[0], mesh[1][:, ::-1]
 
 
-def two_sided(mesh: Shape) -> Shape:
+def add_backs(mesh: Shape) -> Shape:
     """Every face a second time, the other way round."""
     return mesh[0], np.concatenate([mesh[1], mesh[1][:, ::-1]])
 
 
-def soup(mesh: Shape) -> Shape:
+def unweld(mesh: Shape) -> Shape:
     """Three rows for every face."""
     return mesh[0][mesh[1]].reshape(-1, 3), np.arange(3 * len(mesh[1])).reshape(-1, 3)
 
 
-def with_isolated_points(mesh: Shape) -> Shape:
+def add_isolated_points(mesh: Shape) -> Shape:
     return np.concatenate([[[99.0, 99, 99]], mesh[0], [[-50.0, 0, 0]]]), mesh[1] + 1
 
 
-def with_copies(mesh: Shape) -> Shape:
+def add_copies(mesh: Shape) -> Shape:
     """The first half of the faces twice, and one that repeats a point."""
     return mesh[0], np.concatenate([mesh[1], mesh[1][: len(mesh[1]) // 2 + 1, [1, 2, 0]], mesh[1][:1, [0, 1, 0]]])
 
 
-def without_faces(mesh: Shape, *which: int) -> Shape:
+def remove_faces(mesh: Shape, *which: int) -> Shape:
     return mesh[0], np.delete(mesh[1], which, axis=0)
 
 
-def moved(mesh: Shape, by: ArrayLike) -> Shape:
+def move(mesh: Shape, by: ArrayLike) -> Shape:
     return mesh[0] + np.asarray(by, float), mesh[1]
 
 
-def rotated(mesh: Shape, degrees: float = 21.0) -> Shape:
+def rotate(mesh: Shape, degrees: float = 21.0) -> Shape:
     """Turned about a skew axis: nothing is exactly flat any more."""
     axis = np.array([0.2, 0.3, 1.0]) / np.linalg.norm([0.2, 0.3, 1.0])
     x, y, z = axis
@@ -365,12 +365,12 @@ def rotated(mesh: Shape, degrees: float = 21.0) -> Shape:
     return mesh[0] @ (np.eye(3) + np.sin(turn) * cross + (1 - np.cos(turn)) * cross @ cross).T, mesh[1]
 
 
-def single(mesh: Shape) -> Shape:
+def round_to_single(mesh: Shape) -> Shape:
     """Coordinates rounded to single precision."""
     return mesh[0].astype(np.float32).astype(float), mesh[1]
 
 
-def subdivided(mesh: Shape, rounds: int = 1) -> Shape:
+def subdivide(mesh: Shape, rounds: int = 1) -> Shape:
     """Every face as four; new points halve the edges."""
     points, faces = mesh
     for _ in range(rounds):
@@ -383,12 +383,12 @@ def subdivided(mesh: Shape, rounds: int = 1) -> Shape:
     return shape(points, faces)
 
 
-def noisy(mesh: Shape, size: float, seed: int = 0) -> Shape:
+def add_noise(mesh: Shape, size: float, seed: int = 0) -> Shape:
     """Every coordinate moved by at most `size`."""
     return mesh[0] + np.random.default_rng(seed).uniform(-size, size, mesh[0].shape), mesh[1]
 
 
-def shuffled(mesh: Shape, seed: int = 0) -> Shape:
+def shuffle(mesh: Shape, seed: int = 0) -> Shape:
     """The same faces in another order, from another corner, over points in another order."""
     rng = np.random.default_rng(seed)
     order = rng.permutation(len(mesh[0]))
@@ -417,5 +417,14 @@ OPEN = {
 SHAPES = CLOSED | OPEN
 HARDER = {
     make.__name__: make
-    for make in (reversed_winding, two_sided, soup, with_isolated_points, with_copies, rotated, single, subdivided)
+    for make in (
+        reverse_winding,
+        add_backs,
+        unweld,
+        add_isolated_points,
+        add_copies,
+        rotate,
+        round_to_single,
+        subdivide,
+    )
 }

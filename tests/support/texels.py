@@ -41,7 +41,7 @@ class Dressed:
     torn: int
 
 
-def dressed(mesh: Mesh, light: SimplifiedMesh | None = None, kinds: tuple[str, ...] = INTERPOLATED) -> Dressed:
+def dress(mesh: Mesh, light: SimplifiedMesh | None = None, kinds: tuple[str, ...] = INTERPOLATED) -> Dressed:
     """A mesh, or what was made of it; of what is interpolated only some kinds."""
     shown = mesh if light is None else light
     points, faces, part = shown.points, shown.faces, shown.part_of_face
@@ -57,7 +57,7 @@ def dressed(mesh: Mesh, light: SimplifiedMesh | None = None, kinds: tuple[str, .
     return Dressed(points[faces], np.concatenate(values, axis=2), named[:, 0], torn)
 
 
-def samples(surface: Dressed, rng: np.random.Generator, count: int) -> tuple[Array, Array, Array]:
+def sample_faces(surface: Dressed, rng: np.random.Generator, count: int) -> tuple[Array, Array, Array]:
     """Points on faces, corners and middles of sides among them: where, what is there, and its names."""
     fixed = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
     weight = np.concatenate([np.tile(fixed, (len(surface.corners), 1, 1)),
@@ -67,12 +67,12 @@ def samples(surface: Dressed, rng: np.random.Generator, count: int) -> tuple[Arr
     return places.reshape(-1, 3), values.reshape(len(names), -1), names
 
 
-def displacement(of: Dressed, on: Dressed, reach: float, rng: np.random.Generator, count: int = 6) -> Array:
+def measure_displacement(of: Dressed, on: Dressed, reach: float, rng: np.random.Generator, count: int = 6) -> Array:
     """For each sample of one surface, how far it is off the other where that is nearest in what it shows.
 
     Infinite where nothing of the same names lies within reach.
     """
-    places, values, names = samples(of, rng, count)
+    places, values, names = sample_faces(of, rng, count)
     low, high = on.corners.min(axis=1) - reach, on.corners.max(axis=1) + reach
     found = np.full(len(places), np.inf)
     order = np.argsort(places[:, np.argmax(np.ptp(places, axis=0))], kind="stable")
@@ -83,25 +83,25 @@ def displacement(of: Dressed, on: Dressed, reach: float, rng: np.random.Generato
         near = np.all((own[:, None] >= low[some]) & (own[:, None] <= high[some]), axis=2)
         near &= np.all(names[block, None] == on.names[some], axis=2)
         sample, face = np.nonzero(near)
-        off, apart = held_against(own[sample], values[block[sample]], on, some[face])
+        off, apart = compare_with_face(own[sample], values[block[sample]], on, some[face])
         within = apart <= reach
         np.minimum.at(found, block[sample[within]], off[within])
     return found
 
 
-def held_against(places: Array, values: Array, on: Dressed, face: NDArray[np.int64]) -> tuple[Array, Array]:
+def compare_with_face(places: Array, values: Array, on: Dressed, face: NDArray[np.int64]) -> tuple[Array, Array]:
     """How far the values of sample i are off what face i shows there, and how far the sample is from the face."""
     corners = on.corners[face]
-    weight = nearest_weights(places, corners)
+    weight = find_nearest_weights(places, corners)
     apart = np.linalg.norm(np.einsum("ic,ick->ik", weight, corners) - places, axis=1)
     # A wall may end a little later than it did: its map goes on.
-    beyond = inner_weights(places, corners)
+    beyond = find_inner_weights(places, corners)
     weight = np.where(np.isnan(beyond), weight, beyond)
     shown = np.einsum("ic,ick->ik", weight, on.values[face])
     return np.abs(shown - values).max(axis=1, initial=0.0), apart
 
 
-def nearest_weights(points: Array, corners: Array) -> Array:
+def find_nearest_weights(points: Array, corners: Array) -> Array:
     """Weights of the corners of face i at its point nearest to point i, (n, 3)."""
     best, weight = np.full(len(points), np.inf), np.zeros((len(points), 3))
     for k in range(3):
@@ -114,13 +114,13 @@ def nearest_weights(points: Array, corners: Array) -> Array:
         nearer = np.flatnonzero(apart < best)
         best[nearer], weight[nearer] = apart[nearer], 0.0
         weight[nearer, k], weight[nearer, (k + 1) % 3] = 1.0 - share[nearer], share[nearer]
-    inner = inner_weights(points, corners)
+    inner = find_inner_weights(points, corners)
     inside = (inner >= 0).all(axis=1)  # not where there is no number
     weight[inside] = inner[inside]
     return weight
 
 
-def inner_weights(points: Array, corners: Array) -> Array:
+def find_inner_weights(points: Array, corners: Array) -> Array:
     """Weights at the foot of point i in the plane of face i, not within the face only; NaN where it has no plane."""
     a, b, c = (corners[:, k] for k in range(3))
     normal = np.cross(b - a, c - a)

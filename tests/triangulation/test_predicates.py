@@ -49,13 +49,13 @@ def orient3d(a, b, c, d) -> int:
 
 @given(st.lists(st.tuples(POINT, POINT, POINT), min_size=1, max_size=20))
 def test_orient2d_is_exact(rows):
-    expected = [oracle.orient2d(*oracle.exact(row)) for row in rows]
+    expected = [oracle.orient2d(*oracle.make_exact(row)) for row in rows]
     assert _core.orient2d(*columns(rows)).tolist() == expected
 
 
 @given(st.lists(st.tuples(POINT, POINT, POINT, POINT), min_size=1, max_size=20))
 def test_incircle_is_exact(rows):
-    expected = [oracle.incircle(*oracle.exact(row)) for row in rows]
+    expected = [oracle.incircle(*oracle.make_exact(row)) for row in rows]
     assert _core.incircle(*columns(rows)).tolist() == expected
 
 
@@ -67,8 +67,8 @@ def test_orient3d_is_exact(rows):
 def test_near_degenerate_points():
     triples, quadruples = near_degenerate(2, 3, 2000), near_degenerate(2, 4, 1000)
     spatial = near_degenerate(3, 4, 1000)
-    assert _core.orient2d(*columns(triples)).tolist() == [oracle.orient2d(*oracle.exact(t)) for t in triples]
-    assert _core.incircle(*columns(quadruples)).tolist() == [oracle.incircle(*oracle.exact(q)) for q in quadruples]
+    assert _core.orient2d(*columns(triples)).tolist() == [oracle.orient2d(*oracle.make_exact(t)) for t in triples]
+    assert _core.incircle(*columns(quadruples)).tolist() == [oracle.incircle(*oracle.make_exact(q)) for q in quadruples]
     assert _core.orient3d(*columns(spatial)).tolist() == [orient3d(*q) for q in spatial]
 
 
@@ -116,7 +116,7 @@ def test_poles_agree_with_the_oracle(grid_triples):
     assert _core.direction_by_poles(*columns(chosen)).tolist() == [oracle.direction_by_poles(*t) for t in chosen]
 
 
-def test_neighbouring_quadrants_are_a_case_of_the_poles(grid_triples):
+def test_neighboring_quadrants_are_a_case_of_the_poles(grid_triples):
     """Where the products of the determinant differ in sign, the poles tell, and the same."""
     a, b, m = (np.array(column) for column in zip(*grid_triples, strict=True))
     left = (a[:, 0] - m[:, 0]) * (b[:, 1] - m[:, 1])

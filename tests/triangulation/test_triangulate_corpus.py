@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import models_folder
-from planar import area, checked, cross, rings
+from planar import check, compute_area, cross, rings
 
 from bldsimp import TopologyError
 
@@ -38,9 +38,9 @@ def read_graph(path: Path) -> tuple[np.ndarray, np.ndarray]:
 def test_graph_corpus(path, models):
     points, segments = read_graph(path)
     for carve in (False, True):
-        checked(points, segments, carve=carve, split_crossings=True)
+        check(points, segments, carve=carve, split_crossings=True)
     try:
-        plain = checked(points, segments, carve=False)
+        plain = check(points, segments, carve=False)
     except TopologyError as error:
         named = error.segments
     else:
@@ -54,13 +54,13 @@ def test_graph_corpus(path, models):
 def test_ring_corpus(path, models):
     outlines = json.loads(path.read_text())
     points, segments = rings(*outlines)
-    result = checked(points, segments, split_crossings=True)
-    checked(points, segments, carve=False, split_crossings=True)
+    result = check(points, segments, split_crossings=True)
+    check(points, segments, carve=False, split_crossings=True)
     expected = json.loads((path.parent / "_expected.json").read_text())
     deviation = expected.get("errors", {}).get(path.stem, 0)
     # Where rings cross, overlap, or the first one is not the outer one, conventions differ.
     if len(result.points) == len(points) and deviation == 0 and expected["triangles"].get(path.stem, 0):
-        assert area(result) == pytest.approx(even_odd_area(outlines), rel=1e-9)
+        assert compute_area(result) == pytest.approx(even_odd_area(outlines), rel=1e-9)
 
 
 def read_polygons(path: Path) -> dict[str, list[list[list[float]]]]:
@@ -81,4 +81,4 @@ def test_polygon_corpus(models):
     for outlines in polygons.values():
         points, segments = rings(*outlines)
         for carve in (False, True):
-            checked(points, segments, carve=carve, split_crossings=True)
+            check(points, segments, carve=carve, split_crossings=True)

@@ -7,7 +7,7 @@ import oracle
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from planar import area, checked, cross, ring, shapes
+from planar import check, collect_shapes, compute_area, cross, ring
 from quick import try_examples
 from scipy.spatial import Delaunay
 
@@ -20,9 +20,9 @@ from bldsimp import TopologyError, triangulate
 @given(st.integers(4, 120), st.integers(0, 2**32))
 def test_agrees_with_scipy(count, seed):
     points = np.random.default_rng(seed).random((count, 2))
-    result = checked(points, [], carve=False)
+    result = check(points, [], carve=False)
     expected = {frozenset(map(tuple, points[t].tolist())) for t in Delaunay(points).simplices}
-    assert shapes(result) == expected
+    assert collect_shapes(result) == expected
 
 
 def cells(triangles, points, constraints) -> set[frozenset[int]]:
@@ -63,7 +63,7 @@ def test_agrees_with_the_oracle(count, size, carve, seed):
     assume(len(points) > 3)
     segments = closed_chain(points, rng)
     try:
-        result = checked(points, segments, carve=carve)
+        result = check(points, segments, carve=carve)
     except TopologyError:
         assume(False)
     net = oracle.triangulate(points.tolist(), segments, carve)
@@ -77,7 +77,7 @@ def test_agrees_with_the_oracle_without_ties():
     rng = np.random.default_rng(11)
     angle = np.arange(40) * (2 * np.pi / 40)
     points = np.c_[np.cos(angle), np.sin(angle)] * rng.uniform(0.3, 1, (40, 1))
-    result = checked(points, ring(0, 40))
+    result = check(points, ring(0, 40))
     net = oracle.triangulate(points.tolist(), ring(0, 40), True)
     assert {tuple(np.roll(t, -np.argmin(t)).tolist()) for t in result.triangles} == net.triangles()
 
@@ -90,7 +90,7 @@ def test_oracle_turns_triangles_and_finds_normals():
     south = oracle.orient(points, [(0, 1, 3), (0, 2, 3)], (0, -1, 1))
     north = oracle.orient(points, [(2, 3, 5), (4, 2, 5)], (0, 1, 1))
     assert south == [(0, 1, 3), (0, 3, 2)]
-    normals = oracle.vertex_normals(points, [south, north])
+    normals = oracle.compute_vertex_normals(points, [south, north])
     assert normals[0] == dict.fromkeys((0, 1, 2, 3), (0, -4, 4))
     assert normals[1] == dict.fromkeys((2, 3, 4, 5), (0, 4, 4))
 
@@ -118,14 +118,14 @@ def test_any_graph(graph, carve):
             triangulate(points, segments, carve=carve)
         assert caught.value.segments[::-1] in pairs
     else:
-        checked(points, segments, carve=carve)
+        check(points, segments, carve=carve)
 
 
 @try_examples(300)
 @given(graphs(), st.booleans())
 def test_any_graph_split(graph, carve):
     points, segments = graph
-    result = checked(points, segments, carve=carve, split_crossings=True)
+    result = check(points, segments, carve=carve, split_crossings=True)
     assert (result.points[: len(points)] == points).all()
 
 
@@ -137,7 +137,7 @@ def test_any_graph_split(graph, carve):
 def test_any_doubles(points, split):
     """Coordinates of any magnitude, in one ring."""
     try:
-        checked(points, ring(0, len(points)), split_crossings=split)
+        check(points, ring(0, len(points)), split_crossings=split)
     except TopologyError:
         assert not split
 
@@ -151,9 +151,9 @@ def test_order_does_not_matter(graph, seed):
     place = np.argsort(order)
     moved = [(int(place[b]), int(place[a])) for a, b in segments]
     moved = [moved[i] for i in rng.permutation(len(moved))]
-    plain = checked(points, segments, split_crossings=True)
-    shuffled = checked(np.array(points)[order], moved, split_crossings=True)
-    assert shapes(plain) == shapes(shuffled)
+    plain = check(points, segments, split_crossings=True)
+    shuffled = check(np.array(points)[order], moved, split_crossings=True)
+    assert collect_shapes(plain) == collect_shapes(shuffled)
     first = plain.points[plain.triangles]
     assert (first == shuffled.points[shuffled.triangles]).all(), "the same triangles in another order"
 
@@ -162,8 +162,8 @@ def test_order_does_not_matter(graph, seed):
 @given(graphs(), st.integers(-40, 40))
 def test_scaled_by_a_power_of_two(graph, power):
     points, segments = graph
-    plain = checked(points, segments, split_crossings=True)
-    scaled = checked(np.array(points) * 2.0**power, segments, split_crossings=True)
+    plain = check(points, segments, split_crossings=True)
+    scaled = check(np.array(points) * 2.0**power, segments, split_crossings=True)
     assert (plain.triangles == scaled.triangles).all()
     assert (plain.points * 2.0**power == scaled.points).all()
 
@@ -172,9 +172,9 @@ def test_scaled_by_a_power_of_two(graph, power):
 @given(graphs())
 def test_mirrored(graph):
     points, segments = graph
-    plain = checked(points, segments, split_crossings=True)
-    mirrored = checked(np.array(points)[:, ::-1], segments, split_crossings=True)
-    assert area(mirrored) == pytest.approx(area(plain), rel=1e-12)
+    plain = check(points, segments, split_crossings=True)
+    mirrored = check(np.array(points)[:, ::-1], segments, split_crossings=True)
+    assert compute_area(mirrored) == pytest.approx(compute_area(plain), rel=1e-12)
 
 
 @try_examples(60)
@@ -184,13 +184,13 @@ def test_carved_as_by_the_midpoint_of_a_median(count, size, seed):
     rng = np.random.default_rng(seed)
     points = rng.integers(0, size, (count, 2)).astype(float)
     segments = ring(0, count)
-    whole = checked(points, segments, carve=False, split_crossings=True)
-    carved = checked(points, segments, carve=True, split_crossings=True)
-    exact = oracle.exact(whole.points)
+    whole = check(points, segments, carve=False, split_crossings=True)
+    carved = check(points, segments, carve=True, split_crossings=True)
+    exact = oracle.make_exact(whole.points)
     pieces = whole.segments.tolist()
     inside = {
         frozenset(t)
         for t in whole.triangles.tolist()
-        if oracle.is_inside(oracle.median_midpoint(*(exact[i] for i in t)), exact, pieces)
+        if oracle.is_inside(oracle.find_median_midpoint(*(exact[i] for i in t)), exact, pieces)
     }
     assert {frozenset(t) for t in carved.triangles.tolist()} == inside

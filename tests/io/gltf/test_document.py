@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gltf_cases import simplify_glb
-from shapes import Gltf, box, glb_parts, glb_values, triangle_set, write
+from shapes import Gltf, box, collect_triangles, read_values, split_glb, write
 
 from bldsimp import InputError, Options, Tolerance
 from bldsimp.compare.placement import place_scene
@@ -37,7 +37,7 @@ class TestRead:
         plain.mesh({"attributes": {"POSITION": plain.accessor(loose)}})
         for document in (strip, fan, plain):
             mesh = read(document.glb(), "glb").meshes[0]
-            assert triangle_set(mesh.points, mesh.faces) == expected
+            assert collect_triangles(mesh.points, mesh.faces) == expected
 
     def test_sparse_values_and_an_accessor_without_a_view(self) -> None:
         document = Gltf()
@@ -53,7 +53,7 @@ class TestRead:
         })  # fmt: skip
         document.mesh({"attributes": {"POSITION": 2}, "indices": document.accessor(faces.reshape(-1), "u1")})
         mesh = read(document.glb(), "glb").meshes[0]
-        assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+        assert collect_triangles(mesh.points, mesh.faces) == collect_triangles(points, faces)
 
     def test_quantized_positions_have_the_spacing_of_their_integers(self) -> None:
         document = Gltf()
@@ -78,7 +78,7 @@ class TestRead:
         document.json["accessors"][both]["type"] = "VEC3"
         document.mesh({"attributes": {"POSITION": both}, "indices": document.accessor(faces.reshape(-1), "u4")})
         mesh = read(document.glb(), "glb").meshes[0]
-        assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+        assert collect_triangles(mesh.points, mesh.faces) == collect_triangles(points, faces)
 
     def test_primitives_that_share_positions_are_one_problem(self) -> None:
         document = Gltf()
@@ -240,30 +240,30 @@ class TestNormals:
 
     def test_face_normals_are_dropped_and_the_points_shared(self, shaded: Gltf, tmp_path: Path) -> None:
         _, after = simplify_glb(shaded.glb(), tmp_path / "out.glb")
-        primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
+        primitive = split_glb(after)[0]["meshes"][0]["primitives"][0]
         assert set(primitive["attributes"]) == {"POSITION"}
-        assert len(glb_values(after, primitive["attributes"]["POSITION"])) == 8
+        assert len(read_values(after, primitive["attributes"]["POSITION"])) == 8
 
     def test_other_normals_are_kept_as_stored(self, shaded: Gltf, tmp_path: Path) -> None:
         view = shaded.json["bufferViews"][1]
         tilted = np.tile(np.array([[0.6, 0.0, 0.8]], "<f4"), (36, 1))
         shaded.data[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] = tilted.tobytes()
         _, after = simplify_glb(shaded.glb(), tmp_path / "out.glb")
-        primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
-        normals = glb_values(after, primitive["attributes"]["NORMAL"])
+        primitive = split_glb(after)[0]["meshes"][0]["primitives"][0]
+        normals = read_values(after, primitive["attributes"]["NORMAL"])
         # The box is wound inwards: where a normal agrees with that, it turns as the faces do.
         assert np.all(np.abs(normals) == tilted[0])
 
     def test_smooth_normals_point_out_of_the_corners(self, shaded: Gltf, tmp_path: Path) -> None:
         _, after = simplify_glb(shaded.glb(), tmp_path / "out.glb", Options(normals="smooth", crease_angle=180.0))
-        attributes = glb_parts(after)[0]["meshes"][0]["primitives"][0]["attributes"]
-        points, normals = glb_values(after, attributes["POSITION"]), glb_values(after, attributes["NORMAL"])
+        attributes = split_glb(after)[0]["meshes"][0]["primitives"][0]["attributes"]
+        points, normals = read_values(after, attributes["POSITION"]), read_values(after, attributes["NORMAL"])
         assert np.allclose(normals, (points - 1.0) / np.sqrt(3.0), atol=1e-6)
 
     @pytest.mark.parametrize("choice", ["flat", "none"])
     def test_none_are_written_where_none_are_wanted(self, shaded: Gltf, tmp_path: Path, choice: str) -> None:
         _, after = simplify_glb(shaded.glb(), tmp_path / "out.glb", Options(normals=choice))
-        assert set(glb_parts(after)[0]["meshes"][0]["primitives"][0]["attributes"]) == {"POSITION"}
+        assert set(split_glb(after)[0]["meshes"][0]["primitives"][0]["attributes"]) == {"POSITION"}
 
 
 @pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "off", "glb", "gltf"])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gltf_cases import add_picture, new_primitive, png, simplify_glb
-from shapes import Gltf, fine_box, glb_parts, glb_values, write
+from shapes import Gltf, fine_box, read_values, split_glb, write
 
 from bldsimp import Options
 from bldsimp.io import read
@@ -162,7 +162,7 @@ def test_faces_without_area_are_no_obstacle(fixed: bool, tmp_path: Path) -> None
     document.mesh(document.box(fine=True), name="house")
     document.mesh(flat, name="nothing")
     _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
-    assert [mesh["name"] for mesh in glb_parts(after)[0]["meshes"]] == ["house", "nothing"][: 1 + fixed]
+    assert [mesh["name"] for mesh in split_glb(after)[0]["meshes"]] == ["house", "nothing"][: 1 + fixed]
 
 
 class TestTexels:
@@ -242,14 +242,14 @@ class TestWrite:
         primitive = new_primitive(after)
         assert set(primitive["attributes"]) == {"POSITION", *stored}
         rows = {tuple(row): i for i, row in enumerate(points.tolist())}
-        kept = [rows[tuple(row)] for row in glb_values(after, primitive["attributes"]["POSITION"]).tolist()]
+        kept = [rows[tuple(row)] for row in read_values(after, primitive["attributes"]["POSITION"]).tolist()]
         assert len(kept) == 8
         for name, old in numbers.items():
             new = primitive["attributes"][name]
-            before, now = glb_parts(data)[0]["accessors"][old], glb_parts(after)[0]["accessors"][new]
+            before, now = split_glb(data)[0]["accessors"][old], split_glb(after)[0]["accessors"][new]
             for key in ("componentType", "normalized", "type", "name", "extras"):
                 assert now.get(key) == before.get(key)
-            assert np.array_equal(glb_values(after, new), glb_values(data, old)[kept])
+            assert np.array_equal(read_values(after, new), read_values(data, old)[kept])
 
     def test_tangents_keep_the_normals_that_they_need(self, tmp_path: Path) -> None:
         document = Gltf()
@@ -264,7 +264,7 @@ class TestWrite:
         _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
         primitive = new_primitive(after)
         assert set(primitive["attributes"]) == {"POSITION", *names}
-        assert glb_values(after, primitive["attributes"]["NORMAL"]).tolist() == [[0, 0, 1]] * 4
+        assert read_values(after, primitive["attributes"]["NORMAL"]).tolist() == [[0, 0, 1]] * 4
         bare = simplify_glb(document.glb(), tmp_path / "flat.glb", Options(normals="flat"))[1]
         assert set(new_primitive(bare)["attributes"]) == {"POSITION", "TEXCOORD_0"}
 
@@ -290,13 +290,13 @@ class TestWrite:
         write_scene(scene, [other], tmp_path / "out.glb", "glb", Options())
         after = (tmp_path / "out.glb").read_bytes()
         primitive = new_primitive(after)
-        index = glb_values(after, primitive["indices"])[:2, 0]
-        values = glb_values(after, primitive["attributes"]["TEXCOORD_0"])[index]
+        index = read_values(after, primitive["indices"])[:2, 0]
+        values = read_values(after, primitive["attributes"]["TEXCOORD_0"])[index]
         assert values.dtype == np.uint16
         assert values.tolist() == [[16384, 16384], [65535, 0]]
-        position = glb_values(after, primitive["attributes"]["POSITION"])[index[0]]
+        position = read_values(after, primitive["attributes"]["POSITION"])[index[0]]
         assert position.tolist() == points[-1].tolist()
-        assert glb_values(after, primitive["attributes"]["COLOR_0"]).tolist() == [[1, 1, 1]] * 9
+        assert read_values(after, primitive["attributes"]["COLOR_0"]).tolist() == [[1, 1, 1]] * 9
 
     def test_vertices_are_split_only_where_values_differ(self, tmp_path: Path) -> None:
         points, faces = fine_box()
@@ -306,7 +306,7 @@ class TestWrite:
             names = {"POSITION": document.accessor(points[faces].reshape(-1, 3)), "COLOR_0": document.accessor(color)}
             document.mesh({"attributes": names})
             _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
-            assert len(glb_values(after, new_primitive(after)["attributes"]["POSITION"])) == vertices
+            assert len(read_values(after, new_primitive(after)["attributes"]["POSITION"])) == vertices
 
     def test_what_names_dropped_attributes_goes_with_them(self, tmp_path: Path) -> None:
         document = Gltf()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gltf_cases import CASES, simplify_glb, textured
-from shapes import Gltf, box, glb_parts
+from shapes import Gltf, box, split_glb
 
 from bldsimp import InputError, Options, OutputError, Tolerance
 from bldsimp.io import read
@@ -200,7 +200,7 @@ def test_what_trims_a_view_takes_any_accessor(number: str, tmp_path: Path) -> No
     document.json["accessors"].append({**position, "componentType": 5130, number: 1})
     document.json["animations"] = [{"channels": [], "samplers": [{"input": 2, "output": 2}]}]
     _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
-    json_, binary = glb_parts(after)
+    json_, binary = split_glb(after)
     odd = json_["accessors"][json_["animations"][0]["samplers"][0]["input"]]
     view = json_["bufferViews"][odd["bufferView"]]
     before = document.json["bufferViews"][1]
@@ -217,7 +217,7 @@ def test_json_may_be_nested_as_deep_as_it_can_be_read(tmp_path: Path) -> None:
     document.json.update(materials=[{"extensions": {"ACME_deep": deep}}], extras=deep)
     for words in (DELIMITS, ()):
         _, after = simplify_glb(document.glb(), tmp_path / "out.glb", Options(delimit=frozenset(words)))
-        assert glb_parts(after)[0]["extras"] == deep
+        assert split_glb(after)[0]["extras"] == deep
 
 
 def test_every_truncation_is_refused() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from gltf_cases import fine, import_decoder, new_primitive, simplify_glb
 from khronos import assert_no_new_issues
-from shapes import Gltf, box, fine_box, glb_parts, glb_values, triangle_set, write
+from shapes import Gltf, box, collect_triangles, fine_box, read_values, split_glb, write
 
 from bldsimp import InputError
 from bldsimp.io import read
@@ -59,8 +59,8 @@ def pack_draco(document: Gltf, **kinds: Any) -> bytes:
     draco = import_decoder("DracoPy")
     json_ = json.loads(json.dumps(document.json))
     primitive, whole = json_["meshes"][0]["primitives"][0], document.glb()
-    values = {name: glb_values(whole, number) for name, number in primitive["attributes"].items()}
-    faces = glb_values(whole, primitive["indices"]).reshape(-1, 3).astype(np.uint32)
+    values = {name: read_values(whole, number) for name, number in primitive["attributes"].items()}
+    faces = read_values(whole, primitive["indices"]).reshape(-1, 3).astype(np.uint32)
     packed = draco.encode(
         values["POSITION"], faces, preserve_order=True,
         # Steps of a power of two, so that positions are exact.
@@ -94,7 +94,7 @@ def make_textured() -> Gltf:
 def assert_same(data: bytes, plain: bytes) -> None:
     """What is read from two files is the same."""
     one, other = read(data, "glb").meshes[0], read(plain, "glb").meshes[0]
-    assert triangle_set(one.points, one.faces) == triangle_set(other.points, other.faces)
+    assert collect_triangles(one.points, one.faces) == collect_triangles(other.points, other.faces)
     assert [(a.name, a.kind) for a in one.attributes] == [(a.name, a.kind) for a in other.attributes]
     for a, b in zip(one.attributes, other.attributes, strict=True):
         assert np.allclose(a.values[one.faces], b.values[other.faces], atol=1e-4)
@@ -113,11 +113,11 @@ class TestMeshopt:
         assert_same(data, document.glb())
         scene, after = simplify_glb(data, tmp_path / "out.glb")
         assert any(MESHOPT in text for text in scene.warnings)
-        json_ = glb_parts(after)[0]
+        json_ = split_glb(after)[0]
         assert (json_["extensionsUsed"], json_["extensionsRequired"]) == (["KHR_mesh_quantization"],) * 2
         assert len(json_["buffers"]) == 1
         assert MESHOPT not in json.dumps(json_)
-        assert len(glb_values(after, new_primitive(after)["attributes"]["POSITION"])) == 8
+        assert len(read_values(after, new_primitive(after)["attributes"]["POSITION"])) == 8
         assert json_["meshes"][0]["extras"] == {"stays": True}
 
     def test_filters_are_undone(self) -> None:
@@ -136,7 +136,7 @@ class TestMeshopt:
         filters = {position: "EXPONENTIAL", normal: "OCTAHEDRAL", turn: "QUATERNION"}
         views = {document.json["accessors"][n]["bufferView"]: ("ATTRIBUTES", f) for n, f in filters.items()}
         mesh = read(pack_meshopt(document, views), "glb").meshes[0]
-        assert triangle_set(mesh.points, mesh.faces) == triangle_set(points, faces)
+        assert collect_triangles(mesh.points, mesh.faces) == collect_triangles(points, faces)
         assert np.allclose(mesh.normals, [0, 0, 1])
         assert np.allclose(mesh.transforms, np.eye(4))
 
@@ -157,7 +157,7 @@ class TestMeshopt:
         document.mesh(document.box(fine=True))
         number = document.json["accessors"][1]["bufferView"]
         data = pack_meshopt(document, {number: ("ATTRIBUTES", "NONE")})
-        json_, binary = glb_parts(data)
+        json_, binary = split_glb(data)
         json_["bufferViews"][number]["extensions"][MESHOPT].update(change)
         with pytest.raises(InputError, match=r"cannot be decoded .*: the file is damaged"):
             read(pack(json_, binary), "glb")
@@ -170,7 +170,7 @@ class TestDraco:
         assert_same(data, document.glb())
         scene, after = simplify_glb(data, tmp_path / "out.glb")
         assert any(DRACO in text for text in scene.warnings)
-        json_ = glb_parts(after)[0]
+        json_ = split_glb(after)[0]
         assert not {"extensionsUsed", "extensionsRequired"} & set(json_)
         assert "extensions" not in new_primitive(after)
         assert json_["meshes"][0]["extras"] == {"stays": True}
@@ -178,7 +178,7 @@ class TestDraco:
 
     def test_what_is_passed_on_is_valid_and_equal_data_is_there_once(self, tmp_path: Path) -> None:
         document = make_textured()
-        json_, binary = glb_parts(pack_draco(document, tex_coord="TEXCOORD_0", colors="COLOR_0"))
+        json_, binary = split_glb(pack_draco(document, tex_coord="TEXCOORD_0", colors="COLOR_0"))
         json_["extensionsUsed"] = [*json_["extensionsUsed"], "EXT_mesh_features"]
         implicit = {"featureIds": [{"featureCount": 98}]}
         json_["meshes"][0]["primitives"][0]["extensions"]["EXT_mesh_features"] = implicit
@@ -190,10 +190,10 @@ class TestDraco:
         _, after = simplify_glb(pack(json_, binary), tmp_path / "out.glb")
         write(tmp_path / "plain.glb", document.glb())
         assert_no_new_issues(tmp_path / "plain.glb", tmp_path / "out.glb")
-        assert len(glb_parts(after)[0]["bufferViews"]) == count
+        assert len(split_glb(after)[0]["bufferViews"]) == count
 
     def test_damaged_data_is_refused(self) -> None:
-        json_, binary = glb_parts(pack_draco(make_textured(), tex_coord="TEXCOORD_0", colors="COLOR_0"))
+        json_, binary = split_glb(pack_draco(make_textured(), tex_coord="TEXCOORD_0", colors="COLOR_0"))
         start = json_["bufferViews"][0]["byteOffset"]
         with pytest.raises(InputError, match="Draco data of the glTF file cannot be decoded"):
             read(pack(json_, binary[:start] + bytes(len(binary) - start)), "glb")
@@ -220,4 +220,4 @@ def test_an_extension_that_nothing_uses_is_no_obstacle() -> None:
     document.json["extensionsUsed"] = [DRACO]
     document.mesh(document.box())
     mesh = read(document.glb(), "glb").meshes[0]
-    assert triangle_set(mesh.points, mesh.faces) == triangle_set(*box())
+    assert collect_triangles(mesh.points, mesh.faces) == collect_triangles(*box())

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from gltf_cases import simplify_glb
-from shapes import Gltf, box, fine_box, glb_parts, glb_values, write
+from shapes import Gltf, box, fine_box, read_values, split_glb, write
 
 from bldsimp import Options, Tolerance
 from bldsimp.io import read
@@ -38,7 +38,7 @@ class TestPatch:
         )  # fmt: skip
         data = document.glb()
         _, after = simplify_glb(data, tmp_path / "out.glb")
-        old, new = glb_parts(data)[0], glb_parts(after)[0]
+        old, new = split_glb(data)[0], split_glb(after)[0]
         for key in ("asset", "nodes", "scenes", "scene", "materials", "cameras", "extras"):
             assert new[key] == old[key]
         primitive = new["meshes"][0].pop("primitives")[0]
@@ -48,17 +48,17 @@ class TestPatch:
             "extras": {"part": "walls"},
         }
         sampler = new["animations"][0]["samplers"][0]
-        assert glb_values(after, sampler["input"]).tolist() == [[0.0], [1.0]]
-        assert glb_values(after, sampler["output"]).tolist() == np.eye(3)[:2].tolist()
+        assert read_values(after, sampler["input"]).tolist() == [[0.0], [1.0]]
+        assert read_values(after, sampler["output"]).tolist() == np.eye(3)[:2].tolist()
         view = new["bufferViews"][new["images"][0]["bufferView"]]
-        binary = glb_parts(after)[1]
+        binary = split_glb(after)[1]
         assert binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] == picture
         position = new["accessors"][primitive["attributes"]["POSITION"]]
         assert position["count"] == 8
         assert (position["min"], position["max"]) == ([0, 0, 0], [2, 2, 2])
         assert len(new["accessors"]) == 4
         assert len(new["bufferViews"]) == 5
-        assert len(binary) < len(glb_parts(data)[1]) / 3
+        assert len(binary) < len(split_glb(data)[1]) / 3
 
     def test_what_is_passed_on_is_the_same_to_the_byte(self, tmp_path: Path) -> None:
         document = Gltf()
@@ -68,14 +68,14 @@ class TestPatch:
         document.mesh(fixed, document.box(fine=True, shift=10.0))
         data = document.glb()
         _, after = simplify_glb(data, tmp_path / "out.glb")
-        old = glb_parts(data)[0]["meshes"][0]["primitives"][0]
-        new = glb_parts(after)[0]["meshes"][0]["primitives"][0]
+        old = split_glb(data)[0]["meshes"][0]["primitives"][0]
+        new = split_glb(after)[0]["meshes"][0]["primitives"][0]
         for name, number in old["attributes"].items():
-            assert np.array_equal(glb_values(after, new["attributes"][name]), glb_values(data, number))
-        assert np.array_equal(glb_values(after, new["indices"]), glb_values(data, old["indices"]))
-        assert np.array_equal(glb_values(after, new["targets"][0]["POSITION"]), np.ones((98, 3)))
-        light_one = glb_parts(after)[0]["meshes"][0]["primitives"][1]
-        assert len(glb_values(after, light_one["attributes"]["POSITION"])) == 8
+            assert np.array_equal(read_values(after, new["attributes"][name]), read_values(data, number))
+        assert np.array_equal(read_values(after, new["indices"]), read_values(data, old["indices"]))
+        assert np.array_equal(read_values(after, new["targets"][0]["POSITION"]), np.ones((98, 3)))
+        light_one = split_glb(after)[0]["meshes"][0]["primitives"][1]
+        assert len(read_values(after, light_one["attributes"]["POSITION"])) == 8
 
     def test_a_mesh_that_goes_as_a_whole_leaves_its_nodes(self, tmp_path: Path) -> None:
         document = Gltf()
@@ -88,14 +88,14 @@ class TestPatch:
             "TRANSLATION": where}}}})  # fmt: skip
         document.json["scenes"][0]["nodes"].append(3)
         _, after = simplify_glb(document.glb(), tmp_path / "out.glb", Options(min_component=0.2))
-        json_, binary = glb_parts(after)
+        json_, binary = split_glb(after)
         assert [mesh["name"] for mesh in json_["meshes"]] == ["house", "shed"]
         assert json_["nodes"] == [{"mesh": 0}, {"name": "speck", "children": [2]}, {"mesh": 1}, {}]
         assert len(json_["accessors"]) == 4
         assert len(read(after, "glb").meshes) == 2
         whole = simplify_glb(document.glb(), tmp_path / "all.glb")[1]
-        assert len(glb_parts(whole)[0]["meshes"]) == 3
-        assert len(binary) < len(glb_parts(whole)[1])
+        assert len(split_glb(whole)[0]["meshes"]) == 3
+        assert len(binary) < len(split_glb(whole)[1])
 
     @pytest.mark.parametrize("interleaved", [False, True])
     def test_a_shared_view_keeps_only_what_is_still_used(self, tmp_path: Path, interleaved: bool) -> None:
@@ -128,11 +128,11 @@ class TestPatch:
         )
         data = document.glb()
         _, after = simplify_glb(data, tmp_path / "out.glb")
-        first, second = glb_parts(after)[0]["meshes"][0]["primitives"]
-        assert len(glb_values(after, first["attributes"]["POSITION"])) == 8
-        assert np.array_equal(glb_values(after, second["attributes"]["POSITION"]), far.astype(np.float32))
-        assert np.array_equal(glb_values(after, second["attributes"]["TEXCOORD_0"]), uv)
-        spared = len(glb_parts(data)[1]) - len(glb_parts(after)[1])
+        first, second = split_glb(after)[0]["meshes"][0]["primitives"]
+        assert len(read_values(after, first["attributes"]["POSITION"])) == 8
+        assert np.array_equal(read_values(after, second["attributes"]["POSITION"]), far.astype(np.float32))
+        assert np.array_equal(read_values(after, second["attributes"]["TEXCOORD_0"]), uv)
+        spared = len(split_glb(data)[1]) - len(split_glb(after)[1])
         assert spared > (-400 if interleaved else 98 * 24 - 400)
 
     def test_dropped_attributes_take_their_textures_along(self, tmp_path: Path) -> None:
@@ -147,7 +147,7 @@ class TestPatch:
         ]
         document.mesh(primitive)
         _, after = simplify_glb(document.glb(), tmp_path / "out.glb", Options(delimit=frozenset({"material"})))
-        json_ = glb_parts(after)[0]
+        json_ = split_glb(after)[0]
         new = json_["meshes"][0]["primitives"][0]
         assert set(new["attributes"]) == {"POSITION"}
         assert json_["materials"][new["material"]] == {
@@ -163,11 +163,11 @@ class TestPatch:
         position = document.accessor(points * 1000 - 700, "i2")
         document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
         _, after = simplify_glb(document.glb(), tmp_path / "out.glb", Options(tolerance=Tolerance(0.0, "length")))
-        json_ = glb_parts(after)[0]
+        json_ = split_glb(after)[0]
         accessor = json_["accessors"][json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"]]
         assert accessor["componentType"] == 5122
         assert json_["bufferViews"][accessor["bufferView"]]["byteStride"] == 8
-        values = glb_values(after, json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
+        values = read_values(after, json_["meshes"][0]["primitives"][0]["attributes"]["POSITION"])
         assert {tuple(row) for row in values.tolist()} == {tuple(row) for row in (box()[0] * 1000 - 700).tolist()}
 
     def test_map_coordinates_are_identical(self, tmp_path: Path) -> None:
@@ -177,8 +177,8 @@ class TestPatch:
             position = document.accessor(points)
             document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
             _, after = simplify_glb(document.glb(), tmp_path / "out.glb")
-            primitive = glb_parts(after)[0]["meshes"][0]["primitives"][0]
-            values = glb_values(after, primitive["attributes"]["POSITION"])
+            primitive = split_glb(after)[0]["meshes"][0]["primitives"][0]
+            values = read_values(after, primitive["attributes"]["POSITION"])
             assert {tuple(row) for row in values.tolist()} <= {tuple(row) for row in points.astype(np.float32).tolist()}
             assert len(values) == 8
 
@@ -191,7 +191,7 @@ class TestPatch:
         results, _ = simplify_scene(scene, options)
         written = write_scene(scene, results, tmp_path / "out.glb", "glb", options)
         assert any("ACME_sign" in text for text in written.warnings)
-        json_ = glb_parts((tmp_path / "out.glb").read_bytes())[0]
+        json_ = split_glb((tmp_path / "out.glb").read_bytes())[0]
         assert json_["nodes"] == document.json["nodes"]
         read(tmp_path / "out.glb", "glb")
 
@@ -220,7 +220,7 @@ class TestPatch:
         write_scene(scene, results, tmp_path / "out.gltf", "gltf", Options())
         assert (tmp_path / "citybits_texture.png").read_bytes() == picture
         write_scene(scene, results, tmp_path / "out.glb", "glb", Options())
-        json_, binary = glb_parts((tmp_path / "out.glb").read_bytes())
+        json_, binary = split_glb((tmp_path / "out.glb").read_bytes())
         assert "uri" not in json_["images"][0]
         view = json_["bufferViews"][json_["images"][0]["bufferView"]]
         assert binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] == picture
@@ -230,5 +230,5 @@ class TestPatch:
         assert len(scene.meshes[0].points) == 119_547
         results, _ = simplify_scene(scene, Options(normals="flat"))
         write_scene(scene, results, tmp_path / "out.glb", "glb", Options(normals="flat"))
-        primitives = glb_parts((tmp_path / "out.glb").read_bytes())[0]["meshes"][0]["primitives"]
+        primitives = split_glb((tmp_path / "out.glb").read_bytes())[0]["meshes"][0]["primitives"]
         assert primitives[0]["attributes"] == primitives[1]["attributes"]
