@@ -129,8 +129,8 @@ def _run_stages(
         surface = given.merged[0].take_result().without_copies(attributes.find_layers())
         given.details = remove_details(mesh, surface, attributes.find_textured_parts(), left, options)
         given.collapsed = collapse_edges(mesh, surface, given.details, left, progress)
-        given.corners = resolve_corners(mesh, given)
-        given.merged.append(merge_remaining(given.collapsed.surface, given.corners, exact))
+        corners = resolve_corners(mesh, given)
+        given.merged.append(merge_remaining(given.collapsed.surface, corners, exact))
     return compose_result(mesh, attributes, given, keep_layout=keep_layout)
 
 

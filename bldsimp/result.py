@@ -103,8 +103,6 @@ class StageResults:
         The first of the welded mesh; the second, at a wide tolerance, of what edge collapses have left.
     details : Details or None
     collapsed : CollapsedSurface or None
-    corners : ResolvedRows or None
-        Of what edge collapses have left.
     """
 
     welded: WeldedMesh
@@ -113,7 +111,6 @@ class StageResults:
     merged: list[MergedSurface] = field(default_factory=list)
     details: Details | None = None
     collapsed: CollapsedSurface | None = None
-    corners: ResolvedRows | None = None
 
     @property
     def deviation(self) -> float:
@@ -139,7 +136,7 @@ def compose_result(
     """
     welded, first, last = given.welded, given.merged[0], given.merged[-1]
     surface, assembly, parent = last.surface, last.assembly, last.find_parents()
-    corners = resolve_corners(mesh, given) if given.corners is None else last.trace_rows(given.corners)
+    corners = resolve_corners(mesh, given) if last.corners is None else last.trace_rows()
     result, label, foreign = tell_in_rows(
         mesh, welded, corners, surface.source[parent], surface.label[parent], first.surface.label
     )

@@ -34,6 +34,9 @@ MODELS = (
     "textured/kaykit_building_H/building_H.gltf", "textured/kenney_building-small-a.glb",
     "textured/khronos_NegativeScaleTest.glb", "textured/khronos_SimpleInstancing.glb",
     "textured/trimesh_no_indices_3storybuilding.glb",
+    "tiles/metadata/house-3-0.glb", "tiles/metadata/house-4-2.glb", "tiles/metadata/house-5-3.glb",
+    "tiles/metadata/house1-1.glb", "tiles/sibbe/1.1/content/1_1_0.glb", "tiles/sibbe/1.1/content/2_2_3.glb",
+    "tiles/sibbe/1.1/content/2_3_2.glb",
 )  # fmt: skip
 BUILDINGS = ("building_a.obj", "building_b.obj", "building_a.glb", "building_b.glb")
 SLOW_WHEN_ROUGH = {"exact/cesium_building_tower.glb", "exact/oversampled_100k.glb"}

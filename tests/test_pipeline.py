@@ -17,6 +17,9 @@ from bldsimp.model import Mesh, Part, Scene, cast_indices
 from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import DecidedPoints, simplify_mesh
 from bldsimp.scene import simplify_scene
+from bldsimp.stages.planar import merge_remaining
+from bldsimp.stages.provenance import ResolvedRows
+from bldsimp.stages.surface import Surface, sort_faces
 
 COUNTED = ("weld", "pair_halfedges", "find_misoriented", "assign_rows", "find_charts")
 
@@ -141,3 +144,16 @@ class TestBrokenInvariants:
             assert np.array_equal(dumped["points"], broken.points)
             assert np.array_equal(dumped["faces"], broken.faces)
             assert dumped["tolerance"] == 1e-6
+
+
+def test_rows_follow_faces_that_are_turned_after_edges_collapsed() -> None:
+    points, faces = solids.box()
+    faces = faces.copy()
+    faces[3] = faces[3][[0, 2, 1]]
+    faces, order = sort_faces(faces)
+    count = np.arange(len(points), dtype=np.int32)
+    label, source = np.zeros(len(faces), np.int32), order
+    surface = Surface(points, faces, label, source, label, count, np.zeros(len(points), np.uint8))
+    merged = merge_remaining(surface, ResolvedRows(faces, np.zeros(faces.shape, bool)), 1e-9)
+    assert merged.turned == 1
+    assert np.array_equal(merged.trace_rows().rows, merged.assembly.triangles)

@@ -31,6 +31,8 @@ class MergedSurface:
         What rounding may add to a distance; model units.
     turned : int
         Faces whose winding was turned before.
+    corners : ResolvedRows or None
+        Of the faces of the surface, where they are resolved already.
     """
 
     surface: Surface
@@ -38,6 +40,7 @@ class MergedSurface:
     assembly: Assembly
     slack: float
     turned: int = 0
+    corners: ResolvedRows | None = None
 
     def bound_deviation(self, moved: float = 0.0) -> float:
         """Bound how far the surface has moved, where welding had moved it before; model units."""
@@ -50,20 +53,16 @@ class MergedSurface:
         face_of_facet[self.facets.facet_of_face] = np.arange(len(self.surface.faces), dtype=np.int32)
         return face_of_facet[self.assembly.facet_of_triangle]
 
-    def trace_rows(self, corners: ResolvedRows) -> ResolvedRows:
-        """Return the rows of the triangles: each corner reads the least that a face of its facet reads there.
-
-        Parameters
-        ----------
-        corners : ResolvedRows
-            Of the faces of the surface.
-        """
+    def trace_rows(self) -> ResolvedRows:
+        """Return the rows of the triangles: each corner reads the least that a face of its facet reads there."""
+        assert self.corners is not None
+        rows, is_foreign = self.corners.rows.reshape(-1), self.corners.is_foreign.reshape(-1)
         count = len(self.surface.points)
         key = (self.facets.facet_of_face[:, None].astype(np.int64) * count + self.surface.faces).reshape(-1)
-        order = np.lexsort((corners.rows.reshape(-1), key))
+        order = np.lexsort((rows, key))
         sought = self.assembly.facet_of_triangle[:, None].astype(np.int64) * count + self.assembly.triangles
         corner = order[np.searchsorted(key[order], sought)]
-        return ResolvedRows(corners.rows.reshape(-1)[corner], corners.is_foreign.reshape(-1)[corner])
+        return ResolvedRows(rows[corner], is_foreign[corner])
 
     def take_result(self) -> Surface:
         """Return the result as a surface for the next stage."""
@@ -120,10 +119,15 @@ def merge_remaining(surface: Surface, corners: ResolvedRows, tolerance: float) -
     every = np.arange(len(surface.faces), dtype=np.int32)
     rows = _core.CornerRows(corners.rows, point_of_row, every, np.empty(0, np.int32))
     oriented = orient(surface.points, surface.faces, rows, surface.label < 0, limits.width)
+    # Where a face was turned, its second and third corner have changed places.
+    turned = (oriented.faces != surface.faces).any(axis=1)
+    corners = ResolvedRows(corners.rows.copy(), corners.is_foreign.copy())
+    for values in (corners.rows, corners.is_foreign):
+        values[turned] = values[turned][:, [0, 2, 1]]
     surface = dataclasses.replace(surface, faces=oriented.faces)
     facets = find_facets(surface.points, surface.faces, oriented.halfedges, surface.label, limits)
     merged = merge_coplanar(surface, oriented.halfedges, facets, limits)
-    return dataclasses.replace(merged, turned=oriented.turned)
+    return dataclasses.replace(merged, turned=oriented.turned, corners=corners)
 
 
 def map_facets(before: Indices, after: Indices, count: int) -> Indices:

@@ -14,7 +14,8 @@ LARGE_MODELS = (
     "city/derived_val3dity_fzk_haus.obj", "exact/cesium_building_tower.glb",
     "exact/ifcderived_bimwhale_TallBuilding.obj", "exact/ifcderived_thatopen_duplex.obj", "exact/oversampled_100k.glb",
     "noisy/easy3d_building.off", "noisy/oversampled_10k_noise1cm.ply", "noisy/planeopt_copyroom.ply",
-    "textured/kaykit_building_H/building_H.gltf",
+    "textured/kaykit_building_H/building_H.gltf", "tiles/sibbe/1.1/content/2_2_3.glb",
+    "tiles/sibbe/1.1/content/2_3_2.glb",
 )  # fmt: skip
 """Third-party models that take a second or more; no small one is left out of a quick run."""
 
