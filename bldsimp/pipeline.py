@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -90,48 +92,39 @@ def simplify_mesh(
     A wide tolerance is spent by collapses on what facets leave without loss. The result is made of facets
     again, so that its triangles are as well shaped as any.
     """
-    try:
-        return _run_stages(
-            mesh, tolerance, options, welded, decided=decided, keep_layout=keep_layout, progress=progress
+    with _explain_broken_invariants(mesh, tolerance, options):
+        attributes = KeptAttributes(mesh, options)
+        welded = weld_mesh(mesh, options) if welded is None else welded
+        exact = rounding_tolerance(welded.points)
+        wide = tolerance > STAGED_DIAGONAL / AUTO_DIAGONAL * exact
+        limits = derive_limits(measure_box(welded.points), exact if wide else tolerance, welded.moved)
+        pinned = mesh.passed_on[mesh.part_of_face[welded.source]]
+        oriented = orient(welded.points, welded.faces, welded.rows, pinned, limits.width)
+        welded = dataclasses.replace(welded, faces=oriented.faces)
+        labeled = label_surface(
+            attributes, welded, oriented.halfedges, _flag_points(welded, decided), limits, across_facets=wide
         )
+        given = StageResults(welded, oriented, labeled.charts)
+        given.merged.append(merge_coplanar(labeled.surface, oriented.halfedges, labeled.facets, limits))
+        left = tolerance - given.deviation - exact
+        # Where nothing has area, or welding has used the tolerance up, there is nothing to collapse.
+        if wide and len(welded.faces) and left > exact:
+            surface = given.merged[0].take_result().without_copies(attributes.find_layers())
+            given.details = remove_details(mesh, surface, attributes.find_textured_parts(), left, options)
+            given.collapsed = collapse_edges(mesh, surface, given.details, left, progress)
+            corners = resolve_corners(mesh, given)
+            given.merged.append(merge_remaining(given.collapsed.surface, corners, exact))
+        return compose_result(mesh, attributes, given, keep_layout=keep_layout)
+
+
+@contextmanager
+def _explain_broken_invariants(mesh: Mesh, tolerance: float, options: Options) -> Iterator[None]:
+    """Raise `InternalError` where a kernel finds an invariant broken, and write the input if that is asked for."""
+    try:
+        yield
     except _core.KernelError as error:
-        dump = _dump_input(mesh, tolerance, options)
-        raise InternalError(f"{error}: a bug in bldsimp, {dump}") from error
-
-
-def _run_stages(
-    mesh: Mesh,
-    tolerance: float,
-    options: Options,
-    welded: WeldedMesh | None,
-    *,
-    decided: DecidedPoints | None,
-    keep_layout: bool,
-    progress: _core.Progress | None,
-) -> MeshResult:
-    """Run the stages of `simplify_mesh`."""
-    attributes = KeptAttributes(mesh, options)
-    welded = weld_mesh(mesh, options) if welded is None else welded
-    exact = rounding_tolerance(welded.points)
-    wide = tolerance > STAGED_DIAGONAL / AUTO_DIAGONAL * exact
-    limits = derive_limits(measure_box(welded.points), exact if wide else tolerance, welded.moved)
-    pinned = mesh.passed_on[mesh.part_of_face[welded.source]]
-    oriented = orient(welded.points, welded.faces, welded.rows, pinned, limits.width)
-    welded = dataclasses.replace(welded, faces=oriented.faces)
-    labeled = label_surface(
-        attributes, welded, oriented.halfedges, _flag_points(welded, decided), limits, across_facets=wide
-    )
-    given = StageResults(welded, oriented, labeled.charts)
-    given.merged.append(merge_coplanar(labeled.surface, oriented.halfedges, labeled.facets, limits))
-    left = tolerance - given.deviation - exact
-    # Where nothing has area, or welding has used the tolerance up, there is nothing to collapse.
-    if wide and len(welded.faces) and left > exact:
-        surface = given.merged[0].take_result().without_copies(attributes.find_layers())
-        given.details = remove_details(mesh, surface, attributes.find_textured_parts(), left, options)
-        given.collapsed = collapse_edges(mesh, surface, given.details, left, progress)
-        corners = resolve_corners(mesh, given)
-        given.merged.append(merge_remaining(given.collapsed.surface, corners, exact))
-    return compose_result(mesh, attributes, given, keep_layout=keep_layout)
+        advice = _dump_input(mesh, tolerance, options)
+        raise InternalError(f"{error}: a bug in bldsimp, {advice}") from error
 
 
 def _dump_input(mesh: Mesh, tolerance: float, options: Options) -> str:
