@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..model import Faces, Flags, Indices, Values
+from ..model import Faces, Flags, Indices, Values, cast_indices
 from ..options import LEAST_GAIN
 from ..triangulation import Statistics
 from .budget import Spent, allot_tolerance, key_edges
@@ -212,7 +212,7 @@ def _simplify_once(
             return fate, attempt, statistics + attempt.statistics
         cut = [own for failure in failures if (own := _keep_more(attempt, fate, failure)) is not None]
         if cut:
-            surface = _split_off(attempt, fate, np.unique(np.concatenate(cut)).astype(np.int32))
+            surface = _split_off(attempt, fate, cast_indices(np.unique(np.concatenate(cut))))
             statistics += attempt.statistics
             attempt = _start(surface, tolerance, fate, spent)
 

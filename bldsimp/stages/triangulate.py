@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..model import Faces, Flags, Indices
+from ..model import Faces, Flags, Indices, cast_indices
 from ..triangulation import Statistics
 from .budget import Budget, key_edges
 from .facets import FacetedSurface
@@ -133,7 +133,7 @@ def thin_chains(attempt: Attempt) -> None:
 
 def triangulate_patches(attempt: Attempt) -> list[Failure]:
     """Triangulate the patches that changed."""
-    surface, wanted = attempt.surface, np.flatnonzero(attempt.dirty).astype(np.int32)
+    surface, wanted = attempt.surface, cast_indices(np.flatnonzero(attempt.dirty))
     made = _core.retriangulate(
         surface.points,
         surface.faces,
@@ -195,7 +195,7 @@ def find_parted(attempt: Attempt) -> list[Failure]:
     healed = attempt.edges.healed_pieces
     chain, farthest = attempt.pieces.chain[healed], attempt.pieces.farthest[healed]
     failures = []
-    for patch in np.flatnonzero(strips if strips.any() else suspects).astype(np.int32):
+    for patch in cast_indices(np.flatnonzero(strips if strips.any() else suspects)):
         culprits = np.unique(farthest[np.isin(chain, attempt.outlines.chains_of(patch)) & (farthest >= 0)])
         failures.append(Failure(patch, Cause.MISFIT, culprits, _NO_EDGES))
     return failures
