@@ -229,8 +229,8 @@ CollapseResult collapse(const CollapseInput& input) {
   const auto label = select<Index>(input.label, now.source);
   const auto pinned = select<std::uint8_t>(input.pinned, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
-  const RemainingSurface left{input.points,    surface,        bounded,      bounded_label, now.points,
-                              now.faces,       label,          pinned,       none,          {},
+  const RemainingSurface left{input.points,    surface,        bounded,      bounded_label,  now.points,
+                              now.faces,       label,          pinned,       none,           {},
                               input.tolerance, input.decimals, input.single, input.progress, input.fixed};
   Collapser collapser(left);
   CollapseResult result = collapser.run();
