@@ -1,4 +1,4 @@
-"""What users call: simplify a `trimesh.Trimesh` or plain arrays."""
+"""Simplify a `trimesh.Trimesh` or plain arrays: the public interface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .report import Report
 from .result import MeshResult
 from .scene import simplify_meshes
 from .stages.outlines import trace_rings
-from .tolerance import number_format
+from .tolerance import find_number_format
 from .trimesh_adapter import build_attributes, collect_columns, find_image, gather_corner_values, restore_attributes
 from .unique_rows import find_unique_rows
 
@@ -30,7 +30,7 @@ class Facet:
     normal : (3,) float64
         Unit normal on the side that the faces face; zero where the facet has no area.
     faces : (k,) int32
-        Input faces. Where a wide tolerance parts what was flat, all go with its largest piece.
+        Input faces. Where a wide tolerance splits a facet, the largest remaining facet lists all of them.
     rings : list of (n,) int32
         Outline as closed cycles of rows of the result's points, the facet on their left.
     """
@@ -92,8 +92,8 @@ def simplify(mesh: Any, tolerance: float | str | Tolerance | None = None) -> Sim
         Points (n, 3), model units; faces (m, 3). Without faces the result is empty.
     tolerance : float, str or Tolerance, optional
         How far any point of the surface may move, model units; as text what the command line takes, such
-        as ``"0.1%"`` of the diagonal. Without it, and for ``"auto"``, what the numbers' own rounding blurs;
-        0 drops exactly coplanar and collinear points only.
+        as ``"0.1%"`` of the diagonal. The default, ``"auto"``, is the precision of the coordinates themselves;
+        0 removes only what is exactly coplanar or collinear.
 
     Returns
     -------
@@ -214,5 +214,5 @@ def _make_scene(points: ArrayLike, faces: ArrayLike) -> Scene:
         parts=[Part("mesh")],
     )
     if len(corners):
-        mesh.single, mesh.rounding = number_format(mesh.used_points)
+        mesh.single, mesh.rounding = find_number_format(mesh.used_points)
     return Scene(path=None, format="arrays", meshes=[mesh], size=own.nbytes + corners.nbytes)

@@ -12,7 +12,7 @@ from .model import Faces, Mesh, Points, Scene, cast_indices
 from .options import Tolerance
 from .pipeline import simplify_mesh
 from .report import UnchangedPart, explain_unchanged
-from .tolerance import diagonal, resolve_tolerance, scale, spacing
+from .tolerance import measure_diagonal, measure_scale, measure_spacing, resolve_tolerance
 
 SCHEMA = "bldsimp.inspection/2"
 
@@ -118,7 +118,7 @@ def inspect_scene(scene: Scene) -> Inspection:
     """
     tolerance = resolve_tolerance(scene, Tolerance())
     meshes = [_inspect_mesh(mesh, tolerance) for mesh in scene.meshes]
-    return Inspection(scene.format, scene.size, diagonal(scene), tolerance, meshes, list(scene.warnings))
+    return Inspection(scene.format, scene.size, measure_diagonal(scene), tolerance, meshes, list(scene.warnings))
 
 
 def count_defects(points: Points, faces: Faces) -> Defects:
@@ -162,7 +162,7 @@ def _inspect_mesh(mesh: Mesh, tolerance: float) -> MeshInspection:
         vertices=len(np.unique(mesh.faces)),
         facets=_count_facets(mesh, tolerance),
         numbers=describe_numbers(mesh),
-        spacing=spacing(mesh),
+        spacing=measure_spacing(mesh),
         attributes=[
             AttributeInfo(one.name, one.kind, "faces" if one.on_faces else "vertices") for one in mesh.attributes
         ],
@@ -182,5 +182,5 @@ def describe_numbers(mesh: Mesh) -> str:
 
 def _count_facets(mesh: Mesh, tolerance: float) -> int:
     """Count facets at a tolerance in world space."""
-    local = tolerance / (scale(mesh) or 1.0)
+    local = tolerance / (measure_scale(mesh) or 1.0)
     return len(simplify_mesh(mesh, local).planes)

@@ -1,4 +1,4 @@
-"""What passes between files and stages: a scene of meshes, each one problem of its own."""
+"""Define scenes, meshes and attributes: readers build them, stages simplify them, writers store them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Flags = NDArray[np.uint8]
 Values = NDArray[np.float64]
 
 FACE = "FACE_"
-"""Names of what faces carry begin with this."""
+"""Names of face attributes begin with this."""
 
 MOST_NAMED = 10
 """So many names a message gives at most."""
@@ -33,17 +33,17 @@ LARGEST_COORDINATE = 1e100
 
 @dataclass
 class Part:
-    """A piece that no facet may cross: a glTF primitive, an OBJ object, group or material.
+    """A glTF primitive, or an OBJ object, group or material; no facet leaves its part.
 
     Attributes
     ----------
     name : str
         As the user knows it, for messages.
     attributes : tuple of str
-        Names of what the part carries beside position and normal (``TEXCOORD_0``, ``COLOR_0`` ...).
+        Names of the attributes of the part other than position and normal (``TEXCOORD_0``, ``COLOR_0`` ...).
     fixed : tuple of str
-        What of it cannot follow a change of its faces (a skin, morph targets, an unknown extension): a part with
-        any is passed on untouched.
+        Names of its data that cannot be updated (a skin, morph targets, an unknown extension): a part with any
+        stays unchanged.
     one_sided : bool
         Its faces are seen from the front only.
     material : Material or None
@@ -58,7 +58,7 @@ class Part:
 
 @dataclass
 class Attribute:
-    """What a mesh carries beside its surface, one value for each row of its points, or for each face.
+    """An attribute of a mesh: one value for each row of its points, or for each face.
 
     Attributes
     ----------
@@ -99,8 +99,8 @@ class Mesh:
         Index into `parts`.
     parts : list of Part
     transforms : (k, 4, 4) float64
-        World transform of each instance; one identity where the format has no scene graph, none where a scene shows
-        other meshes alone: the mesh is then made light in its own frame.
+        World transform of each instance: one identity where the format has no scene graph; none where the scene
+        does not show the mesh, which is then simplified in its own frame.
     normals : (n, 3) float64 or None
         Stored vertex normals, one row per vertex.
     attributes : list of Attribute
@@ -130,7 +130,7 @@ class Mesh:
 
     @cached_property
     def passed_on(self) -> NDArray[np.bool_]:
-        """Which parts are left untouched."""
+        """Whether each part stays unchanged, (p,) bool."""
         return np.array([bool(part.fixed) for part in self.parts], bool)
 
     @cached_property
@@ -157,11 +157,11 @@ class Scene:
         Suffix without the dot, in lower case.
     meshes : list of Mesh
     size : int
-        Bytes of the file and of the buffers beside it.
+        Bytes of the file and of its separate buffers.
     warnings : list of str
     beside : list of str
-        Buffers, material libraries and images that the file names and that are there, by their names beneath its
-        folder: the result depends on them.
+        Names, beneath the file's folder, of the buffers, material libraries and images that the file names and that
+        exist: the result depends on them.
     """
 
     path: Path | None
@@ -174,13 +174,13 @@ class Scene:
 
 @dataclass
 class SimplifiedMesh:
-    """A mesh made light, told in rows of the mesh it came from.
+    """A simplified mesh, stored in rows of its input mesh.
 
     Attributes
     ----------
     points : (n, 3) float64
-        ``Mesh.points``, where a wide tolerance moved none; all rows at one position moved together. Rows that had to be
-        told apart (two textures on a point that moved, two normals) are added at the end.
+        ``Mesh.points``, where a wide tolerance moved none; all rows at one position moved together. Rows that needed
+        a copy (two textures on a point that moved, two normals) have theirs at the end.
     faces : (k, 3) int32
         Per corner a row of `points`; where a position is stored in several rows, one that a
         face of the same facet uses, so that its normal, UV and colors are the right ones.
@@ -191,7 +191,7 @@ class SimplifiedMesh:
     face : (k,) int32
         A face of the mesh in the same facet, whose face attributes are those of the triangle.
     changed : dict of str to (n, k) float64
-        Values of those attributes that are other than the mesh's at some row, by name.
+        Values, by name, of the attributes that differ from the mesh's at some row.
     """
 
     points: Points
@@ -228,7 +228,13 @@ def cast_indices(values: ArrayLike) -> Indices:
 
 
 def check_indices(corners: NDArray[Any], count: int) -> None:
-    """Refuse corners that name no point."""
+    """Refuse corners that name no point.
+
+    Raises
+    ------
+    InputError
+        Names the first wrong index.
+    """
     wrong = np.flatnonzero((corners < 0) | (corners >= count))
     if len(wrong):
         raise InputError(
@@ -238,7 +244,13 @@ def check_indices(corners: NDArray[Any], count: int) -> None:
 
 
 def check_finite(points: Points, corners: NDArray[Any]) -> None:
-    """Refuse points that a face uses and that are not finite numbers, or beyond `LARGEST_COORDINATE`."""
+    """Refuse points that a face uses and that are not finite numbers, or beyond `LARGEST_COORDINATE`.
+
+    Raises
+    ------
+    InputError
+        Names the first rows.
+    """
     # A comparison with NaN is false.
     good = np.abs(points) <= LARGEST_COORDINATE
     if good.all():
@@ -255,15 +267,17 @@ def check_finite(points: Points, corners: NDArray[Any]) -> None:
         )
 
 
-def color_attribute(
+def make_color_attribute(
     values: NDArray[np.float64], mesh: Mesh, *, name: str = "COLOR_0", on_faces: bool = False
 ) -> Attribute:
-    """Colors of rows or faces, (n, 3 or 4) in 0..1, NaN where one has none."""
+    """Make an attribute of the colors of rows or faces, (n, 3 or 4) in 0..1, NaN where one has none."""
     return _attribute(name, "color", values, mesh, COLOR_LEVELS, on_faces)
 
 
-def custom_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, whole: bool, on_faces: bool) -> Attribute:
-    """Make an attribute of rows or faces: whole numbers that are the same all over each face name something.
+def make_custom_attribute(
+    name: str, values: NDArray[np.float64], mesh: Mesh, *, whole: bool, on_faces: bool
+) -> Attribute:
+    """Make an attribute of rows or faces: whole numbers that are equal all over each face name something.
 
     Parameters
     ----------
@@ -277,12 +291,12 @@ def custom_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, whol
     on_faces : bool
     """
     if whole and (on_faces or _are_same_over_faces(values[mesh.faces])):
-        return label_attribute(name, values, mesh, on_faces=on_faces)
+        return make_label_attribute(name, values, mesh, on_faces=on_faces)
     greatest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0)) or 1.0
     return _attribute(name, "color", values, mesh, CUSTOM_LEVELS / greatest, on_faces)
 
 
-def label_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, on_faces: bool = False) -> Attribute:
+def make_label_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, on_faces: bool = False) -> Attribute:
     """Make an attribute that names something, and has nothing between two values."""
     return _attribute(name, "feature", values, mesh, 1.0, on_faces)
 
@@ -297,7 +311,7 @@ def _are_same_over_faces(corners: NDArray[np.float64]) -> bool:
 
 
 def attach_attributes(mesh: Mesh, attributes: list[Attribute]) -> None:
-    """Give a mesh what its rows and faces carry, as far as any has it, and name it for each part."""
+    """Add attributes to a mesh, except those without any value, and name them in each part that has them."""
     for one in attributes:
         blank = np.asarray(np.isnan(one.values).all(axis=1))
         of_face = ~(blank if one.on_faces else blank[mesh.faces].all(axis=1))

@@ -72,7 +72,7 @@ BATCH_TIMEOUT = 3600.0
 """Seconds that `batch` gives a file."""
 
 BATCH_MEMORY_SHARE = 0.8
-"""Share of the memory that is free when it starts which `batch` takes."""
+"""Share of the memory free at the start that `batch` uses."""
 
 BATCH_NAME = "{stem}.{ext}"
 """How `batch` names an output."""
@@ -85,7 +85,7 @@ NORMALS = ("auto", "flat", "smooth", "none")
 
 
 def is_length(value: Any) -> bool:
-    """Whether a value is a real number, finite and not negative; truth values are no numbers."""
+    """Tell whether a value is a real number, finite and not negative; truth values are no numbers."""
     try:
         return isinstance(value, Real) and not isinstance(value, bool) and 0.0 <= float(value) < math.inf
     except OverflowError:
@@ -93,7 +93,7 @@ def is_length(value: Any) -> bool:
 
 
 def check_length(name: str, value: Any) -> None:
-    """Refuse what is no length.
+    """Refuse a value that is not a length: a finite number that is not negative.
 
     Raises
     ------
@@ -132,7 +132,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Options:
-    """What a user may choose for `simplify`.
+    """Options of `simplify`.
 
     Attributes
     ----------
@@ -146,15 +146,15 @@ class Options:
     texture_tolerance : float
         How far a texture may move on its wall; texels.
     crease_angle : float
-        Edges that turn by more are hard: facets end where stored normals turn so, a moved point loses its normal where
-        that is farther from a face, and normals that are made are not smooth; degrees.
+        Edges that turn by more are hard: facets end where stored normals do, and new normals are not smooth there.
+        Normals of moved points that deviate more than this from a face are computed anew; degrees.
     baseline : bool
         Also report the points that fast-simplification needs for the same deviation.
     min_component : float
         Components whose box has a smaller diagonal than this are removed, whatever the tolerance; model units; 0 for
         none. The deprecated name is `min_part`.
     allow_close : bool
-        Boundary loops may close where that moves the surface by no more than the tolerance, if it is a wide one.
+        Close boundary loops where the faces that close them stay within the tolerance, which must be a wide one.
 
     Examples
     --------

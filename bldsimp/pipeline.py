@@ -23,16 +23,16 @@ from .stages.attributes import KeptAttributes, label_surface
 from .stages.collapse import collapse_edges
 from .stages.facets import derive_limits
 from .stages.orient import orient
-from .stages.planar import merge_coplanar, merge_remaining
+from .stages.planar import merge_after_collapses, merge_coplanar
 from .stages.removal import remove_details
 from .stages.surface import FREE, GOES, STAYS
 from .stages.weld import WeldedMesh, weld
-from .tolerance import frame
+from .tolerance import measure_frame
 
 
 @dataclass(frozen=True)
 class DecidedPoints:
-    """Points of a mesh whose fate is decided outside of it, as for borders that meshes share.
+    """Points of a mesh that the caller keeps or drops, for example on borders that meshes share.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ def simplify_mesh(
     welded : WeldedMesh, optional
         The mesh as `weld_mesh` gives it, if that was called before.
     decided : DecidedPoints, optional
-        Points whose fate is decided outside.
+        Points that the caller keeps or drops.
     keep_layout : bool
         Keep what another triangulation of the same facets needs.
     progress : Progress, optional
@@ -89,13 +89,13 @@ def simplify_mesh(
     Nearly linear in the number of faces. The result depends on the coordinates alone: every stage works
     on points and faces in lexicographic order.
 
-    A wide tolerance is spent by collapses on what facets leave without loss. The result is made of facets
-    again, so that its triangles are as well shaped as any.
+    With a wide tolerance coplanar faces are merged first. Edges of the rest collapse within the tolerance, and
+    coplanar faces are merged again, so that triangles are well shaped.
     """
     with _explain_broken_invariants(mesh, tolerance, options):
         attributes = KeptAttributes(mesh, options)
         welded = weld_mesh(mesh, options) if welded is None else welded
-        exact = rounding_tolerance(welded.points)
+        exact = measure_exact_tolerance(welded.points)
         wide = tolerance > STAGED_DIAGONAL / AUTO_DIAGONAL * exact
         limits = derive_limits(measure_box(welded.points), exact if wide else tolerance, welded.moved)
         pinned = mesh.passed_on[mesh.part_of_face[welded.source]]
@@ -113,7 +113,7 @@ def simplify_mesh(
             given.details = remove_details(mesh, surface, attributes.find_textured_parts(), left, options)
             given.collapsed = collapse_edges(mesh, surface, given.details, left, progress)
             corners = resolve_corners(mesh, given)
-            given.merged.append(merge_remaining(given.collapsed.surface, corners, exact))
+            given.merged.append(merge_after_collapses(given.collapsed.surface, corners, exact))
         return compose_result(mesh, attributes, given, keep_layout=keep_layout)
 
 
@@ -146,13 +146,13 @@ def weld_mesh(mesh: Mesh, options: Options) -> WeldedMesh:
     return weld(mesh, options.weld, KeptAttributes(mesh, options).find_layers())
 
 
-def rounding_tolerance(points: Points) -> float:
-    """Return the tolerance within which nothing is lost that anyone could see; model units."""
-    return AUTO_DIAGONAL * frame(measure_box(points))[1]
+def measure_exact_tolerance(points: Points) -> float:
+    """Return the tolerance that loses no visible detail, `AUTO_DIAGONAL` of the diagonal; model units."""
+    return AUTO_DIAGONAL * measure_frame(measure_box(points))[1]
 
 
 def _flag_points(welded: WeldedMesh, decided: DecidedPoints | None) -> Flags:
-    """Return what is decided of each welded point."""
+    """Return a flag for each welded point: `FREE`, `STAYS` or `GOES`."""
     flags = np.full(len(welded.points), FREE, np.uint8)
     if decided is not None:
         points = welded.point_of_row[decided.rows]

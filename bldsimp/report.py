@@ -1,4 +1,4 @@
-"""What a run did, as data; docs/report.md describes the schema, and `cli.summary` the report to people."""
+"""Define the report of a run; docs/report.md describes its schema, and `cli.summary` formats it for people."""
 
 from __future__ import annotations
 

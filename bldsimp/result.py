@@ -1,4 +1,4 @@
-"""What became of one mesh, counted."""
+"""Compose the result of one mesh, and count it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .stages.collapse import CollapsedSurface
 from .stages.fallback import Layout
 from .stages.orient import OrientedFaces
 from .stages.planar import MergedSurface, map_facets
-from .stages.provenance import ResolvedRows, find_owners, place_rows, resolve_rows, tell_in_rows
+from .stages.provenance import ResolvedRows, convert_to_rows, find_owners, place_rows, resolve_rows
 from .stages.removal import Details, Dropped
 from .stages.weld import WeldedMesh
 from .triangulation import Statistics
@@ -23,7 +23,7 @@ from .triangulation import Statistics
 
 @dataclass
 class MeshResult:
-    """What became of one mesh; lengths in its own frame.
+    """The result of one mesh, with counts and bound; lengths in its own frame.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class MeshResult:
     points : (n, 3) float64
         Distinct points, of which the result uses some.
     triangles : (k, 3) int32
-        The result over `points`; without parts that are passed on to the letter.
+        The result over `points`, without unchanged parts.
     facet_of_triangle, facet_of_face : int32
         Facets of the result's triangles, and of the welded faces of the input; -1 for a face of whose facet nothing
         is left.
@@ -91,7 +91,7 @@ class MeshResult:
 
 @dataclass
 class StageResults:
-    """What the stages gave for one mesh.
+    """The results of the stages for one mesh.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class StageResults:
 
     @property
     def deviation(self) -> float:
-        """How far the surface has moved at most; model units."""
+        """Certified bound of how far the surface has moved; model units."""
         first, *rest = self.merged
         collapsed = 0.0 if self.collapsed is None else self.collapsed.deviation
         return first.bound_deviation(self.welded.moved) + collapsed + sum(one.bound_deviation() for one in rest)
@@ -123,7 +123,7 @@ class StageResults:
 def compose_result(
     mesh: Mesh, attributes: KeptAttributes, given: StageResults, *, keep_layout: bool = False
 ) -> MeshResult:
-    """Tell a result in rows of the mesh, with all that its corners carry, and count it.
+    """Convert a result to rows of the mesh, with the attributes of its corners, and count it.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def compose_result(
     welded, first, last = given.welded, given.merged[0], given.merged[-1]
     surface, assembly, parent = last.surface, last.assembly, last.find_parents()
     corners = resolve_corners(mesh, given) if last.corners is None else last.trace_rows()
-    result, label, foreign = tell_in_rows(
+    result, label, foreign = convert_to_rows(
         mesh, welded, corners, surface.source[parent], surface.label[parent], first.surface.label
     )
     if given.collapsed is not None:

@@ -1,4 +1,4 @@
-"""Simplify every mesh of a scene, and report what became of it."""
+"""Simplify every mesh of a scene, and build the report."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .result import MeshResult, count_surface
 from .stages.fallback import Level
 from .stages.removal import Dropped, find_small_components
 from .stages.weld import WeldedMesh
-from .tolerance import blur, diagonal, resolve_tolerance, scale, transform_points
+from .tolerance import measure_blur, measure_diagonal, measure_scale, resolve_tolerance, transform_points
 
 
 def simplify_scene(
@@ -48,7 +48,7 @@ def simplify_scene(
 def simplify_meshes(
     scene: Scene, options: Options, *, keep_layout: bool = False, progress: _core.Progress | None = None
 ) -> tuple[list[MeshResult], Report]:
-    """Simplify every mesh of a scene, and tell all that is known of each.
+    """Simplify every mesh of a scene, and return the full result of each.
 
     Parameters
     ----------
@@ -67,14 +67,14 @@ def simplify_meshes(
     start = time.perf_counter()
     report = Report(
         tolerance=resolve_tolerance(scene, options.tolerance),
-        diagonal=diagonal(scene),
-        epsilon=blur(scene),
+        diagonal=measure_diagonal(scene),
+        epsilon=measure_blur(scene),
         warnings=list(scene.warnings),
     )
     report.before.bytes = scene.size
     results = []
     for mesh, (welded, chosen, dropped) in zip(scene.meshes, _weld_meshes(scene, options, report), strict=True):
-        stretch = scale(mesh) or 1.0
+        stretch = measure_scale(mesh) or 1.0
         result = simplify_mesh(
             mesh,
             report.tolerance / stretch,
@@ -98,15 +98,15 @@ def simplify_meshes(
 
 def _localize(options: Options, mesh: Mesh) -> Options:
     """Return options whose lengths are those of the mesh's own frame."""
-    return dataclasses.replace(options, weld=options.weld / (scale(mesh) or 1.0))
+    return dataclasses.replace(options, weld=options.weld / (measure_scale(mesh) or 1.0))
 
 
 def _weld_meshes(
     scene: Scene, options: Options, report: Report
 ) -> Iterator[tuple[WeldedMesh, WeldedMesh, list[Dropped]]]:
-    """Weld each mesh; yield it as it is and without components that are too small, and those.
+    """Weld each mesh; yield it whole, without its small components, and those components.
 
-    Tells of what stays although it is as small.
+    Warn of components that are as small but stay.
     """
     welded = (weld_mesh(mesh, _localize(options, mesh)) for mesh in scene.meshes)
     if options.min_component == 0.0:
@@ -117,7 +117,7 @@ def _weld_meshes(
     if staying:
         words = "component smaller than {} stays" if staying == 1 else "components smaller than {} stay"
         smaller = words.format(f"{options.min_component:g}")
-        report.warnings.append(f"{staying:,} {smaller}, since parts that are passed on are left alone")
+        report.warnings.append(f"{staying:,} {smaller}, because they belong to unchanged parts")
     for one, faces, gone in zip(every, small, dropped, strict=True):
         yield one, one.select_faces(~faces) if gone else one, gone
 

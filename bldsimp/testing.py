@@ -16,7 +16,7 @@ Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Triangulated:
+class TriangulationArrays:
     """The arrays of a `Triangulation`, which tells what each is."""
 
     points: NDArray[np.float64]
@@ -52,7 +52,7 @@ class _Halfedges:
         return np.where(self.key[found] == keys, found, -1)
 
 
-def check_triangulation(result: Triangulated) -> None:
+def check_triangulation(result: TriangulationArrays) -> None:
     """Check every promise of a triangulation; see `Triangulation.validate`."""
     _check_pieces(result)
     if len(result.triangles) == 0:
@@ -77,7 +77,7 @@ def _require(broken: Flags | np.bool_, message: str) -> None:
         raise InternalError(f"{message}: {rows[0]}" + (f" and {len(rows) - 1} more" if len(rows) > 1 else ""))
 
 
-def _check_rows(result: Triangulated) -> None:
+def _check_rows(result: TriangulationArrays) -> None:
     triangles = result.triangles
     _require(((triangles < 0) | (triangles >= len(result.points))).any(axis=1), "triangle out of range")
     represented = np.arange(len(result.points))
@@ -91,18 +91,18 @@ def _check_neighbors(edges: _Halfedges) -> None:
     _require(expected != edges.across, "neighbor across a halfedge is wrong")
 
 
-def _check_directions(result: Triangulated) -> None:
+def _check_directions(result: TriangulationArrays) -> None:
     a, b, c = (np.ascontiguousarray(result.points[result.triangles[:, i]]) for i in range(3))
     _require(_core.orient2d(a, b, c) <= 0, "triangle not counter-clockwise")
 
 
-def _constrained(result: Triangulated, edges: _Halfedges) -> Flags:
+def _constrained(result: TriangulationArrays, edges: _Halfedges) -> Flags:
     count = len(result.points)
     a, b = result.segments[:, 0].astype(np.int64), result.segments[:, 1].astype(np.int64)
     return np.isin(edges.key, np.concatenate([a * count + b, b * count + a]))
 
 
-def _check_delaunay(result: Triangulated, edges: _Halfedges, constrained: Flags) -> None:
+def _check_delaunay(result: TriangulationArrays, edges: _Halfedges, constrained: Flags) -> None:
     inner = np.flatnonzero(~constrained & (edges.twin > np.arange(edges.count)))
     a, b, p = edges.start[inner], edges.end[inner], edges.apex[inner]
     q = edges.apex[edges.twin[inner]]
@@ -114,8 +114,8 @@ def _check_delaunay(result: Triangulated, edges: _Halfedges, constrained: Flags)
     _require((side == 0) & (least_pq < least_ab), "cocircular tie broken against the order of points")
 
 
-def _check_pieces(result: Triangulated) -> None:
-    """Pieces of each segment form a chain from its first to its second end."""
+def _check_pieces(result: TriangulationArrays) -> None:
+    """Check that the pieces of each segment form a chain from its first to its second end."""
     ends = result.point_of_input[result.constraints]
     long = np.flatnonzero(ends[:, 0] != ends[:, 1])
     if len(result.triangles) == 0 and len(result.segments) == 0:
@@ -137,8 +137,8 @@ def _check_pieces(result: Triangulated) -> None:
     _require((pieces != ends[long[straight]]).any(axis=1), "the one piece of a segment is not the segment")
 
 
-def _check_constraints(result: Triangulated, edges: _Halfedges) -> None:
-    """Every piece is an edge; where carved away, at least no triangle lies across it."""
+def _check_constraints(result: TriangulationArrays, edges: _Halfedges) -> None:
+    """Check that every piece is an edge; where triangles were carved away, that none lies across it."""
     count = len(result.points)
     a, b = result.segments[:, 0].astype(np.int64), result.segments[:, 1].astype(np.int64)
     missing = ~np.isin(a * count + b, edges.key) & ~np.isin(b * count + a, edges.key)
@@ -182,8 +182,8 @@ def _check_euler(edges: _Halfedges) -> Flags:
     return border
 
 
-def _check_hull(result: Triangulated, edges: _Halfedges, border: Flags) -> None:
-    """All points are used, and the border is one loop that nowhere turns right."""
+def _check_hull(result: TriangulationArrays, edges: _Halfedges, border: Flags) -> None:
+    """Check that all points are used, and that the border is one loop that nowhere turns right."""
     used = np.zeros(len(result.points), np.bool_)
     used[result.triangles.ravel()] = True
     expected = np.ones(len(result.points), np.bool_)
@@ -200,8 +200,8 @@ def _check_hull(result: Triangulated, edges: _Halfedges, border: Flags) -> None:
         raise InternalError("the hull is not one loop")
 
 
-def _check_empty(result: Triangulated) -> None:
-    """Without carving there are no triangles only if all points are collinear."""
+def _check_empty(result: TriangulationArrays) -> None:
+    """Check that, without carving, only collinear points have no triangle."""
     if result.carved or len(result.points) < 3:
         return
     different = np.flatnonzero((result.points != result.points[0]).any(axis=1))

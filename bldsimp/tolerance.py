@@ -1,4 +1,4 @@
-"""How far a point may move: what the user asked for, or what the file's own rounding already blurs."""
+"""Convert tolerances to model units, and measure the precision of the stored numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ READ_BACK = 1e-15
 
 
 def resolve_tolerance(scene: Scene, tolerance: Tolerance) -> float:
-    """Tolerance in model units, in world space.
+    """Convert a tolerance to model units, in world space.
 
     Parameters
     ----------
@@ -32,22 +32,22 @@ def resolve_tolerance(scene: Scene, tolerance: Tolerance) -> float:
     if tolerance.unit == "length":
         return tolerance.value
     if tolerance.unit == "percent":
-        return tolerance.value / 100.0 * diagonal(scene)
-    return min(AUTO_SPACINGS * epsilon(scene), AUTO_DIAGONAL * diagonal(scene))
+        return tolerance.value / 100.0 * measure_diagonal(scene)
+    return min(AUTO_SPACINGS * measure_epsilon(scene), AUTO_DIAGONAL * measure_diagonal(scene))
 
 
-def epsilon(scene: Scene) -> float:
-    """Spacing of the stored numbers, in world space: the coarsest of the scene's meshes."""
-    return max((spacing(mesh) * scale(mesh) for mesh in scene.meshes), default=0.0)
+def measure_epsilon(scene: Scene) -> float:
+    """Return the spacing of the stored numbers, in world space: the coarsest of the scene's meshes."""
+    return max((measure_spacing(mesh) * measure_scale(mesh) for mesh in scene.meshes), default=0.0)
 
 
-def blur(scene: Scene) -> float:
-    """Like `epsilon`, but of the numbers that the scene went through: see `rounding_spacing`."""
-    return max((rounding_spacing(mesh) * scale(mesh) for mesh in scene.meshes), default=0.0)
+def measure_blur(scene: Scene) -> float:
+    """Return the coarsest spacing that the scene's numbers ever had, in world space: see `measure_rounding_spacing`."""
+    return max((measure_rounding_spacing(mesh) * measure_scale(mesh) for mesh in scene.meshes), default=0.0)
 
 
-def spacing(mesh: Mesh) -> float:
-    """Distance between neighbouring stored numbers at a mesh's largest coordinate, in its own frame.
+def measure_spacing(mesh: Mesh) -> float:
+    """Return the distance between neighboring stored numbers at a mesh's largest coordinate, in its own frame.
 
     Single precision where every stored value is exactly single, else double; the unit of the last
     decimal digit where that is coarser (see `Mesh.rounding`).
@@ -59,26 +59,26 @@ def spacing(mesh: Mesh) -> float:
     return max(binary, 2.0 * mesh.rounding)
 
 
-def rounding_spacing(mesh: Mesh) -> float:
-    """Spacing that the numbers of a mesh went through, however they are written now; its own frame.
+def measure_rounding_spacing(mesh: Mesh) -> float:
+    """Return the coarsest spacing that the numbers of a mesh ever had, in its own frame.
 
-    Decimals that could be single-precision numbers, and show more digits than those have, were single
-    once: the spacing of single precision is then what blurs the mesh, coarser than `spacing` tells.
+    Decimals that equal single-precision numbers and have more digits than those were once stored in
+    single precision. Its spacing is then the precision of the mesh; `spacing` returns less.
     """
     used = mesh.used_points
     if mesh.single or not len(used):
-        return spacing(mesh)
+        return measure_spacing(mesh)
     largest = float(np.abs(mesh.box).max())
     if largest > float(np.finfo(np.float32).max):
-        return spacing(mesh)
+        return measure_spacing(mesh)
     digits = np.maximum(mesh.rounding, READ_BACK * np.abs(used))
     single = float(np.spacing(np.float32(largest)))
     were_single = np.all(np.abs(used.astype(np.float32).astype(np.float64) - used) <= digits * (1.0 + 1e-6))
-    return single if were_single and 20.0 * mesh.rounding <= single else spacing(mesh)
+    return single if were_single and 20.0 * mesh.rounding <= single else measure_spacing(mesh)
 
 
-def scale(mesh: Mesh) -> float:
-    """Greatest factor by which any instance of a mesh stretches a length."""
+def measure_scale(mesh: Mesh) -> float:
+    """Return the greatest factor by which any instance of a mesh stretches a length."""
     linear = mesh.transforms[:, :3, :3]
     if not len(linear):
         return 1.0
@@ -87,8 +87,14 @@ def scale(mesh: Mesh) -> float:
     return max(_stretch(one) for one in linear)
 
 
-def diagonal(scene: Scene) -> float:
-    """Diagonal of the box of all points that a face uses, in world space, over all instances."""
+def measure_diagonal(scene: Scene) -> float:
+    """Return the diagonal of the box of all points that a face uses, in world space, over all instances.
+
+    Raises
+    ------
+    InputError
+        Where the diagonal is not a finite number.
+    """
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for mesh in scene.meshes:
         if not len(mesh.used_points):
@@ -106,13 +112,13 @@ def diagonal(scene: Scene) -> float:
 
 
 def transform_points(points: Points, transform: Points) -> Points:
-    """Points moved by a 4 x 4 transform, summed in a fixed order so that no library's blocking shows."""
+    """Move points, (n, 3), by a 4 x 4 transform, summed in a fixed order: the same bits on every machine."""
     x, y, z = points.T
     return np.stack([row[0] * x + row[1] * y + row[2] * z + row[3] for row in transform[:3]], axis=1)
 
 
 def _stretch(linear: Points) -> float:
-    """Greatest singular value of a 3 x 3 matrix, by Jacobi rotations of its Gram matrix."""
+    """Return the greatest singular value of a 3 x 3 matrix, by Jacobi rotations of its Gram matrix."""
     size = float(np.abs(linear).max())
     if size == 0.0:
         return 0.0
@@ -140,8 +146,8 @@ def _rotate(a: list[list[float]], p: int, q: int, c: float, s: float) -> None:
     a[p][q] = a[q][p] = 0.0
 
 
-def frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
-    """Middle and diagonal of a box, and how far rounding blurs a distance there."""
+def measure_frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
+    """Return the middle and the diagonal of a box, and the most by which rounding changes a distance there."""
     if not np.isfinite(box).all():
         return (0.0, 0.0, 0.0), 0.0, 0.0
     low, high = box
@@ -149,10 +155,10 @@ def frame(box: Points) -> tuple[tuple[float, float, float], float, float]:
     return (x, y, z), math.dist(low, high), 2 * float(np.spacing(np.abs(box).max()))
 
 
-def number_format(used: Points) -> tuple[bool, float]:
-    """How finely the numbers of the points that are used are stored: see `Mesh.single` and `Mesh.rounding`.
+def find_number_format(used: Points) -> tuple[bool, float]:
+    """Find how finely the used points are stored: see `Mesh.single` and `Mesh.rounding`.
 
-    Told from the values alone, so that the same numbers give the same answer in text and binary.
+    The values alone decide, so that the same numbers give the same answer in text and binary.
     """
     values = used.ravel()
     with np.errstate(over="ignore", under="ignore"):
@@ -169,7 +175,7 @@ def number_format(used: Points) -> tuple[bool, float]:
 
 
 def _decimals(values: NDArray[np.float64]) -> int | None:
-    """Fewest decimal digits that give back every value, or None where fifteen do not."""
+    """Count the fewest decimal digits that give back every value; None where fifteen do not."""
     sample = values[:: max(1, len(values) // 1000)]
     for decimals in range(16):
         if np.array_equal(np.round(sample, decimals), sample) and np.array_equal(np.round(values, decimals), values):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from .errors import InputError, TopologyError
 from .model import Faces, Points
-from .testing import Triangulated, check_triangulation
+from .testing import TriangulationArrays, check_triangulation
 
 MOST_POINTS = 2**28
 """Halfedges are numbered by 32 bits, four to a triangle, two triangles to a point."""
@@ -51,7 +51,7 @@ class Statistics:
 
 
 @dataclass(frozen=True)
-class Triangulation(Triangulated):
+class Triangulation(TriangulationArrays):
     """Triangles of points in the plane, Delaunay but for the segments among their edges.
 
     Attributes

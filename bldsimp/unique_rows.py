@@ -85,7 +85,7 @@ def place_values(
 
 
 def join_pairs(count: int, a: NDArray[np.integer[Any]], b: NDArray[np.integer[Any]]) -> NDArray[np.int64]:
-    """Label what hangs together by pairs.
+    """Label items that pairs connect.
 
     Parameters
     ----------

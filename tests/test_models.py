@@ -15,7 +15,7 @@ from bldsimp.options import Options, Tolerance
 from bldsimp.scene import simplify_scene
 from bldsimp.stages import removal
 from bldsimp.stages.removal import Dropped
-from bldsimp.tolerance import scale
+from bldsimp.tolerance import measure_scale
 
 REFUSED = {"trimesh_empty.ply", "trimesh_points_emptyface.ply", "trimesh_notenoughindices.obj"}
 MODELS = (
@@ -61,7 +61,7 @@ def judge_scene(scene: Scene, tolerance: Tolerance) -> list[Mesh]:
     results = []
     for mesh, light in zip(scene.meshes, lights, strict=True):
         results.append(rebuild_mesh(mesh, light))
-        stretch = scale(mesh) or 1.0
+        stretch = measure_scale(mesh) or 1.0
         found = judge.find_broken(
             judge.make_surface(mesh.points, mesh.faces),
             judge.make_surface(light.points, light.faces),
@@ -120,7 +120,7 @@ def test_models_stay_within_a_rough_tolerance_where_bodies_go(name: str, models:
     for mesh, light in zip(scene.meshes, lights, strict=True):
         before, after = judge.make_surface(mesh.points, mesh.faces), judge.make_surface(light.points, light.faces)
         apart = judge.measure_deviation(before, after, 100) - judge.estimate_blur(before)
-        assert apart * (scale(mesh) or 1.0) <= report.deviation <= report.tolerance, mesh.name
+        assert apart * (measure_scale(mesh) or 1.0) <= report.deviation <= report.tolerance, mesh.name
 
 
 def test_no_model_is_forgotten(models: Path) -> None:

@@ -17,7 +17,7 @@ from bldsimp.model import Mesh, Part, Scene, cast_indices
 from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import DecidedPoints, simplify_mesh
 from bldsimp.scene import simplify_scene
-from bldsimp.stages.planar import merge_remaining
+from bldsimp.stages.planar import merge_after_collapses
 from bldsimp.stages.provenance import ResolvedRows
 from bldsimp.stages.surface import Surface, sort_faces
 
@@ -154,6 +154,6 @@ def test_rows_follow_faces_that_are_turned_after_edges_collapsed() -> None:
     count = np.arange(len(points), dtype=np.int32)
     label, source = np.zeros(len(faces), np.int32), order
     surface = Surface(points, faces, label, source, label, count, np.zeros(len(points), np.uint8))
-    merged = merge_remaining(surface, ResolvedRows(faces, np.zeros(faces.shape, bool)), 1e-9)
+    merged = merge_after_collapses(surface, ResolvedRows(faces, np.zeros(faces.shape, bool)), 1e-9)
     assert merged.turned == 1
     assert np.array_equal(merged.trace_rows().rows, merged.assembly.triangles)

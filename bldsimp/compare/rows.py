@@ -14,7 +14,7 @@ from ..io import read
 from ..model import Scene
 from ..options import Options, parse_tolerance
 from ..scene import simplify_meshes
-from ..tolerance import diagonal, resolve_tolerance
+from ..tolerance import measure_diagonal, resolve_tolerance
 from ..triangulation import Statistics
 from .decimate import Decimation, Decimator, FastSimplification, RefusalError
 from .measure import Judge, is_watertight
@@ -169,7 +169,7 @@ def compare_file(
     except BldsimpError as error:
         reason = str(error).removeprefix(f"{file}: ")
         return Comparison(file, None, 0.0, {}, [MethodRow(file, "", "original", note=f"failed: {reason}")], failed=True)
-    return Comparison(file, contest.judge.original, diagonal(scene), lengths, rows)
+    return Comparison(file, contest.judge.original, measure_diagonal(scene), lengths, rows)
 
 
 class Contest:

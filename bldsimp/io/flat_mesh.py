@@ -63,7 +63,7 @@ def flatten_result(mesh: Mesh, result: SimplifiedMesh, options: Options) -> Flat
     result, normals = resolve_normals(mesh, result, options)
     fixed = mesh.passed_on[result.part_of_face]
     if mesh.normals is not None and normals is None and fixed.any():
-        # Parts that are passed on keep their own.
+        # Unchanged parts keep their own.
         normals = np.zeros_like(result.points)
         normals[result.faces[fixed]] = mesh.normals[result.row][result.faces[fixed]]
     rows, faces = drop_unused_rows(result.faces, len(result.points))

@@ -21,8 +21,8 @@ from ..model import (
     Values,
     attach_attributes,
     cast_indices,
-    color_attribute,
-    custom_attribute,
+    make_color_attribute,
+    make_custom_attribute,
 )
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh, join_flat_meshes
@@ -142,14 +142,14 @@ def _read_attributes(
         values = take(channels)
         scale = _find_color_scale(np.dtype(types["red"]), values)
         values = (values if polygon is None else values[polygon]) / scale
-        yield color_attribute(values, mesh, on_faces=on_faces), bundle(channels, scale)
+        yield make_color_attribute(values, mesh, on_faces=on_faces), bundle(channels, scale)
     pair = next((pair for pair in _UV if set(pair) <= columns.keys()), None) if load else None
     if load and pair:
         yield make_uv_attribute(take(pair), mesh.parts, load), bundle(pair)
     for name in list(columns):
         values = take((name,))
         values, whole = values if polygon is None else values[polygon], types[name][0] != "f"
-        yield custom_attribute(f"_{name}", values, mesh, whole=whole, on_faces=on_faces), bundle((name,))
+        yield make_custom_attribute(f"_{name}", values, mesh, whole=whole, on_faces=on_faces), bundle((name,))
 
 
 def _find_color_scale(kind: np.dtype[Any], values: Values) -> float:

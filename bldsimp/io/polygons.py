@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..errors import InputError
 from ..model import Faces, Indices, Mesh, Part, Points, cast_indices, check_finite, check_indices
-from ..tolerance import number_format
+from ..tolerance import find_number_format
 from ..unique_rows import find_unique_rows
 
 
@@ -99,7 +99,7 @@ def build_mesh(
     check_finite(points, polygons.corners)
     faces, polygon = _triangulate(points, polygons)
     mesh = Mesh(name=name, points=points, faces=faces, part_of_face=polygons.part[polygon], parts=parts)
-    mesh.single, mesh.rounding = number_format(mesh.used_points)
+    mesh.single, mesh.rounding = find_number_format(mesh.used_points)
     return mesh, kept[polygon]
 
 

@@ -11,7 +11,7 @@ from ..errors import OutputError, UsageError
 from ..model import SimplifiedMesh
 from ..options import AUTO_DIAGONAL, Options
 from ..report import Counts
-from ..tolerance import diagonal, epsilon
+from ..tolerance import measure_diagonal, measure_epsilon
 from .atomic import replace_files, write_stream
 from .file_scene import FileScene
 from .flat_mesh import FlatMesh, apply_uv_maps, flatten_result, has_same_surface, place_instance, spread_face_values
@@ -246,7 +246,7 @@ class _Output:
         if style.double or style.encoding == "ascii":
             return style
         moved = max(measure_rounding(one.points) for one in meshes)
-        double = moved > epsilon(self.scene) or any(count_merged_points(one.points) for one in meshes if moved)
+        double = moved > measure_epsilon(self.scene) or any(count_merged_points(one.points) for one in meshes if moved)
         self.written.rounding = 0.0 if double else moved
         return replace(style, double=double)
 
@@ -260,7 +260,7 @@ class _Output:
                 f"the single precision of {format_name} merged {merged:,} points: {after.points:,} are left, with"
                 f" {after.open_edges:,} open and {after.nonmanifold_edges:,} non-manifold edges"
             )
-        if written.rounding > max(epsilon(self.scene), AUTO_DIAGONAL * diagonal(self.scene)):
+        if written.rounding > max(measure_epsilon(self.scene), AUTO_DIAGONAL * measure_diagonal(self.scene)):
             written.warnings.append(
                 f"{format_name} stores single precision: points moved by up to {written.rounding:.3g};"
                 " PLY, OBJ and OFF keep such coordinates"

@@ -1,7 +1,7 @@
-"""Keep what a wall looks like: tell what facets may not cross, and what moves along with a point.
+"""Keep textures, colors and labels: label what facets may not cross, and update the values of moved points.
 
-A texture, or a color that changes over a wall, is one affine map of the wall's plane, or the wall is cut where it is
-not. Then the picture stays where it is, whichever points of the wall are dropped.
+On each chart a texture or color is one affine map of the position. So the picture does not move on the wall,
+whichever points of the wall are dropped.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ INTERPOLATED = ("uv", "color")
 
 @dataclass
 class AttributeCharts:
-    """Faces by charts, on each of which all that is interpolated is one affine map of the position.
+    """Charts: sets of faces over which each interpolated attribute is one affine map of the position.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class KeptAttributes:
         self._steps = _join_columns([one.steps for one in self.interpolated], len(mesh.parts))
 
     def find_layers(self) -> Indices | None:
-        """Tell copies of a face with other pictures apart by a number for each face; None without any."""
+        """Return the layer of each face, a number: copies with different pictures differ. None without layers."""
         textured = self.find_textured_parts()
         if np.count_nonzero(textured) == 0 or len(textured) == 1:
             return None
@@ -114,7 +114,7 @@ class KeptAttributes:
     def find_charts(
         self, welded: WeldedMesh, halfedges: _core.Halfedges, start: Indices, order: Indices
     ) -> AttributeCharts:
-        """Cut groups of faces where what is interpolated is not one map.
+        """Cut groups of faces into charts, where one affine map is not enough.
 
         Parameters
         ----------
@@ -161,7 +161,7 @@ class KeptAttributes:
         chart_of_triangle: Indices,
         charts: AttributeCharts | None,
     ) -> None:
-        """Set what corners have whose points have moved, or whose rows are those of another chart.
+        """Update the attributes of corners whose points moved, or whose rows belong to another chart.
 
         Rows are added where charts do not agree on one.
 

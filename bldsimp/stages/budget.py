@@ -1,7 +1,7 @@
 """Allot the tolerance: how far the plane of a facet, its chains and its needles may stray.
 
-What a facet does not use of its width its chains may use: the squares of both add up. A pass over the result of another
-starts with what that one has spent.
+The chains of a facet may use the share of the tolerance that its width leaves: squares add up. Each pass over a result
+starts from the deviation that earlier passes have used.
 """
 
 from __future__ import annotations

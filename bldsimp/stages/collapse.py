@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from ..model import Indices, Mesh, measure_box
 from ..options import MOVED_SHARE
-from ..tolerance import frame
+from ..tolerance import measure_frame
 from .removal import Details
 from .surface import STAYS, Surface
 
@@ -58,11 +58,11 @@ def collapse_edges(
 
     Notes
     -----
-    About O(n log n), on all cores. Topology stays; both surfaces, and their borders, stay within the tolerance of one
-    another, wherever one looks. See `_core/collapse`.
+    About O(n log n), on all cores. The topology does not change. No point of either surface, or of its borders, is
+    farther than the tolerance from the other. See `_core/collapse`.
     """
     assert surface.facet is not None
-    slack = frame(measure_box(surface.points))[2]
+    slack = measure_frame(measure_box(surface.points))[2]
     given = np.concatenate([np.arange(len(surface.faces), dtype=np.int32), details.beside])
     left_out = np.concatenate([details.left_out, np.zeros(len(details.beside), np.uint8)])
     pinned = (surface.label < 0).astype(np.uint8)

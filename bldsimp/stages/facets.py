@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from .. import _core
 from ..model import LARGEST_COORDINATE, Faces, Flags, Indices, Points
 from ..options import NEEDLE_DIAGONAL, WIDTH_SHARE
-from ..tolerance import frame
+from ..tolerance import measure_frame
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def derive_limits(box: Points, tolerance: float, moved: float = 0.0) -> Limits:
     moved : float
         How far welding has moved a point already.
     """
-    center, diagonal, slack = frame(box)
+    center, diagonal, slack = measure_frame(box)
     # Squares of it must not leave the range of double precision.
     left = min(tolerance - slack - moved, 1e3 * LARGEST_COORDINATE) if tolerance > 2 * slack + moved else 0.0
     width = WIDTH_SHARE * left

@@ -1,4 +1,4 @@
-"""Simplify every facet as far as its outline allows, and keep more of it where that does not fit.
+"""Simplify facets, and keep more of those that do not fit together.
 
 Thin the chains, triangulate the facets, put them together, and look where they do not fit. There put dropped points
 back; where none were dropped, keep the faces around the trouble, then the whole outline, then all faces of the facet;
@@ -29,7 +29,7 @@ MOST_SPLITS = 8
 
 
 class Level(IntEnum):
-    """How much of a facet had to stay."""
+    """How much of its input a facet keeps."""
 
     SIMPLIFIED = 0
     POINTS_PUT_BACK = 1
@@ -41,7 +41,7 @@ class Level(IntEnum):
 
 @dataclass(frozen=True)
 class Layout:
-    """What was triangulated last: patches of facets, where single faces were kept.
+    """The last triangulation, patch by patch.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Layout:
     pieces : _core.Pieces
         Of the thinned chains.
     keep : (p,) uint8
-        Patchs whose faces stayed.
+        Patches whose faces stayed.
     triangles : (k, 3) int32
     patch_of_triangle : (k,) int32
     """
@@ -124,13 +124,13 @@ class Assembly:
 
 @dataclass
 class _Fate:
-    """What of the facets and points of a surface is known to stay.
+    """The facets and points that must stay, as far as known.
 
     Attributes
     ----------
     facet_of_patch : (p,) int32
     keep : (p,) uint8
-        Patchs whose faces stay.
+        Patches whose faces stay.
     put_back : (n,) uint8
         Points that were put back.
     level, cause, splits : (f,) uint8
@@ -171,7 +171,7 @@ def simplify_facets(surface: FacetedSurface, tolerance: float, pinned: Flags) ->
     Assembly
     """
     done = _simplify_in_passes(surface, tolerance, pinned, np.zeros_like(pinned))
-    hardly = _find_hardly_thinned(surface, done) if tolerance > 0 else np.zeros_like(pinned)
+    hardly = _find_little_gain(surface, done) if tolerance > 0 else np.zeros_like(pinned)
     return _simplify_in_passes(surface, tolerance, pinned, hardly) if hardly.any() else done
 
 
@@ -351,7 +351,7 @@ def _take_result(attempt: Attempt, fate: _Fate, planes: Values, tolerance: float
     return FacetedSurface(points, faces, attempt.surface.decided, halfedges, facets)
 
 
-def _find_hardly_thinned(surface: FacetedSurface, done: Assembly) -> Flags:
+def _find_little_gain(surface: FacetedSurface, done: Assembly) -> Flags:
     """Find facets that changed where the curved surfaces of a component lost few of their points.
 
     A curved surface can be cut into facets in many ways, and any cut of the result of a run finds a few more

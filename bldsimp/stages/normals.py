@@ -38,8 +38,8 @@ def resolve_normals(mesh: Mesh, result: SimplifiedMesh, options: Options) -> tup
     Notes
     -----
     With ``auto`` points keep the normals that are stored for them, turned where their faces were. Where a point has
-    moved, what was smooth gets the mean of the faces there, however much they turn; what was hard goes if it is farther
-    than the crease angle from the normal of a face there, and is made anew with creases.
+    moved, a smooth normal becomes the mean of the faces there, however much they turn. A hard normal that is farther
+    than the crease angle from the normal of a face there is computed anew, with creases.
     """
     if options.normals not in ("auto", "smooth") or (options.normals == "auto" and mesh.normals is None):
         return result, None

@@ -38,7 +38,7 @@ def orient(
     ----------
     points : (n, 3) float64
     faces : (m, 3) int32
-    rows : Rows
+    rows : CornerRows
         Where more than two faces meet, those that share rows are paired first.
     pinned : (m,) bool
         Faces that are not turned.

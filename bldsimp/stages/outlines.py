@@ -97,7 +97,7 @@ def trace_outlines(
     halfedges, facets
         As found on these faces.
     keep : (p,) uint8
-        Patchs whose faces stay.
+        Patches whose faces stay.
     """
     return TracedOutlines(_core.trace_outlines(faces, point_count, halfedges, facets, keep), len(facets.planes))
 

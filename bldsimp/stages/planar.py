@@ -1,4 +1,4 @@
-"""Merge coplanar faces: facets keep the chain ends of their outlines and what their shape needs of the chains."""
+"""Merge coplanar faces: keep the chain ends of each outline, and the points that the tolerance needs."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def merge_coplanar(surface: Surface, halfedges: _core.Halfedges, facets: _core.F
     return MergedSurface(surface, facets, simplify_facets(faceted, limits.tolerance, pinned), limits.slack)
 
 
-def merge_remaining(surface: Surface, corners: ResolvedRows, tolerance: float) -> MergedSurface:
+def merge_after_collapses(surface: Surface, corners: ResolvedRows, tolerance: float) -> MergedSurface:
     """Merge the coplanar faces of a surface that edge collapses have left.
 
     Parameters

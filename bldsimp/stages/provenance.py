@@ -1,4 +1,4 @@
-"""Resolve which row of the mesh each corner of a result reads, once, at the end."""
+"""Resolve once which row of the mesh each corner reads: of the result, or of what edge collapses have left."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Owners:
 
 
 def find_owners(facet_of_face: Indices, label: Indices, part: Indices, unchanged: Flags) -> Owners:
-    """Tell what facets belong to from what their faces, all of one label and part, do."""
+    """Find the label and the part of each facet: all of its faces have the same."""
     label_of_facet, part_of_facet = np.zeros(len(unchanged), np.int32), np.zeros(len(unchanged), np.int32)
     label_of_facet[facet_of_face] = label
     part_of_facet[facet_of_face] = part
@@ -91,10 +91,10 @@ def resolve_rows(welded: WeldedMesh, triangles: Faces, facet: Indices, owners: O
     return ResolvedRows(found, is_foreign.reshape(-1, 3))
 
 
-def tell_in_rows(
+def convert_to_rows(
     mesh: Mesh, welded: WeldedMesh, corners: ResolvedRows, source: Indices, label: Indices, welded_label: Indices
 ) -> tuple[SimplifiedMesh, Indices, Indices]:
-    """Tell a result in rows of the mesh; parts that are passed on keep their faces to the letter.
+    """Convert a result to rows of the mesh; unchanged parts keep exactly their own faces.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .. import _core
 from ..model import Faces, Flags, Indices, Mesh, Points, cast_indices, measure_box
 from ..options import SPARE_SHARE, Options
-from ..tolerance import frame, transform_points
+from ..tolerance import measure_frame, transform_points
 from ..unique_rows import find_unique_rows
 from .surface import Surface
 from .weld import WeldedMesh
@@ -80,13 +80,13 @@ def remove_details(
     mesh : Mesh
     surface : Surface
     textured : (p,) bool
-        Parts that stay, since their pictures would be missed, however near the rest is.
+        Parts that stay because they show pictures, however near the rest is.
     tolerance : float
         Model units.
     options : Options
         `allow_close`.
     """
-    within = tolerance - frame(measure_box(surface.points))[2]
+    within = tolerance - measure_frame(measure_box(surface.points))[2]
     part = mesh.part_of_face[surface.source]
     pinned = (surface.label < 0).astype(np.uint8)
     one_sided = np.array([one.one_sided for one in mesh.parts], np.uint8)[part]
@@ -132,7 +132,7 @@ def find_redundant_bodies(
 
     Notes
     -----
-    A body is what of a component can be removed without opening the rest: solids that touch along an edge are two.
+    A body can be removed from its component without opening the rest: solids that touch along an edge are two.
     The smallest is tried first; of two that hold one another, one stays.
     """
     body = _core.find_bodies(points, faces)
@@ -160,7 +160,7 @@ def find_small_components(
     Parameters
     ----------
     meshes, welded : list
-        Of one scene. The largest component of all that it shows stays, and so do parts that are passed on.
+        Of one scene. The largest component that it shows stays, and so do unchanged parts.
     options : Options
         `min_component`, model units.
 
@@ -171,7 +171,7 @@ def find_small_components(
     dropped : list of list of Dropped
         Of each mesh.
     staying : int
-        Components that are as small, and stay since a part of theirs is passed on.
+        Number of components that are as small but stay, because they belong to an unchanged part.
     """
     found = [_Components(mesh, own) for mesh, own in zip(meshes, welded, strict=True)]
     largest = max((one.sizes.max(initial=-1.0) for one in found if len(one.mesh.transforms)), default=-1.0)

@@ -1,4 +1,4 @@
-"""Surface: what each stage gets and gives."""
+"""Define the surface that each stage takes and returns."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from ..model import Faces, Flags, Indices, Points, cast_indices
 
 FREE, STAYS, GOES = 0, 1, 2
-"""What is decided of a point outside of the mesh: nothing, that it stays at its place, that it goes."""
+"""The caller's decision on a point: none, keep it in place, or drop it."""
 
 
 @dataclass(frozen=True)

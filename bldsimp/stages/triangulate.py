@@ -67,11 +67,11 @@ class Attempt:
     outlines : TracedOutlines
     budget : Budget
     keep : (p,) uint8
-        Patchs whose faces stay.
+        Patches whose faces stay.
     must : (n,) uint8
         Points that stay.
     dirty : (p,) bool
-        Patchs to triangulate anew.
+        Patches to triangulate anew.
     kept : (n,) uint8
         Points that are kept now.
     pieces : _core.Pieces
@@ -176,7 +176,7 @@ def find_misfits(attempt: Attempt) -> list[Failure]:
     return [Failure(patch, Cause.MISFIT, own[:0], _as_edges(own)) for patch, own in ends]
 
 
-def find_parted(attempt: Attempt) -> list[Failure]:
+def find_split_components(attempt: Attempt) -> list[Failure]:
     """Find strips that held a component together and closed, so that it came apart."""
     if attempt.edges.healed == 0:
         return []
@@ -201,7 +201,7 @@ def find_parted(attempt: Attempt) -> list[Failure]:
     return failures
 
 
-def find_pierced(attempt: Attempt) -> list[Failure]:
+def find_new_crossings(attempt: Attempt) -> list[Failure]:
     """Find patches that pass through another, where those two did not before."""
     points = attempt.surface.points
     changed = attempt.unchanged[attempt.patch_of_triangle] == 0
@@ -225,8 +225,8 @@ def try_facets(attempt: Attempt) -> Iterator[list[Failure]]:
     """Triangulate and put together; yield the failures of each step, after which the next needs none."""
     yield triangulate_patches(attempt)
     yield find_misfits(attempt)
-    yield find_parted(attempt)
-    yield find_pierced(attempt)
+    yield find_split_components(attempt)
+    yield find_new_crossings(attempt)
 
 
 def _crossed_before(attempt: Attempt, pairs: Indices) -> NDArray[np.bool_]:

@@ -1,4 +1,4 @@
-"""Weld: join equal points, and near ones where that is asked for."""
+"""Weld: merge equal points, and near ones with `Options.weld`."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class WeldedMesh:
 
 
 def weld(mesh: Mesh, distance: float, layers: Indices | None = None) -> WeldedMesh:
-    """Join the points of a mesh that are equal or near; corners of parts that are passed on stay where they are.
+    """Merge equal or near points of a mesh; points of unchanged parts do not move.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def weld(mesh: Mesh, distance: float, layers: Indices | None = None) -> WeldedMe
 
 
 def _place_rows(mesh: Mesh, welded: _core.WeldResult) -> Points:
-    """Return the places of all rows where those of parts that are passed on stay, and others come to them."""
+    """Return the places of all rows: rows of unchanged parts keep theirs, and near rows move to them."""
     stays = np.zeros(len(mesh.points), bool)
     stays[mesh.faces[mesh.passed_on[mesh.part_of_face]]] = True
     used = welded.point_of_row >= 0

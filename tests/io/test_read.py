@@ -28,7 +28,7 @@ from bldsimp import InputError
 from bldsimp.inspection import count_defects
 from bldsimp.io import read
 from bldsimp.model import Mesh, Scene
-from bldsimp.tolerance import spacing
+from bldsimp.tolerance import measure_spacing
 
 
 def read_mesh(content: str | bytes, format_: str) -> Mesh:
@@ -230,13 +230,13 @@ class TestNumberFormat:
         rounded = np.round(points + 3.0, 6)
         mesh = read_mesh(obj_text(rounded, faces), "obj")
         assert (mesh.single, mesh.rounding) == (False, 5e-7)
-        assert spacing(mesh) == 1e-6
+        assert measure_spacing(mesh) == 1e-6
 
     def test_few_digits_are_exact(self) -> None:
         points, faces = box(size=0.3)
         mesh = read_mesh(obj_text(points, faces), "obj")
         assert (mesh.single, mesh.rounding) == (False, 0.0)
-        assert spacing(mesh) == np.spacing(0.3)
+        assert measure_spacing(mesh) == np.spacing(0.3)
 
     def test_trailing_zeros_are_no_digits(self) -> None:
         mesh = read_mesh("v 0.300000 0 0\nv 1.100000 0 0\nv 0 1.700000 0\nf 1 2 3\n", "obj")
@@ -246,13 +246,13 @@ class TestNumberFormat:
         points, faces = open_cone()
         mesh = read_mesh(ply_bytes(points + 500_000.0, faces), "ply")
         assert mesh.single
-        assert spacing(mesh) == 2.0**-5
+        assert measure_spacing(mesh) == 2.0**-5
 
     def test_unused_points_do_not_count(self) -> None:
         points, faces = box()
         mesh = read_mesh(obj_text(np.vstack([points, [[1e30, 0.1, np.nan]]]), faces), "obj")
         assert mesh.single
-        assert spacing(mesh) == 2.0**-22
+        assert measure_spacing(mesh) == 2.0**-22
 
 
 BROKEN = {

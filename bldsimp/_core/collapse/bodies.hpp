@@ -5,9 +5,9 @@
 
 namespace bldsimp {
 
-// The body of each face: its least face. Faces hang together by edges; where more than two meet, each goes with the
-// one that bounds the same matter, which lies behind faces, so that solids that touch are bodies of their own; where
-// that leaves faces over, none of them hang together there. Nearly linear.
+// The body of each face: its least face. Edges connect faces. Where more than two faces meet, an edge connects those
+// that bound the same matter, which lies behind faces: so solids that touch are bodies of their own. Where that
+// leaves faces over, the edge connects none. Nearly linear.
 Array<Index> find_bodies(Points points, Faces faces);
 
 }  // namespace bldsimp

@@ -7,7 +7,7 @@
 
 namespace bldsimp {
 
-// What a collapse was refused for.
+// Why a collapse was refused.
 enum class Refusal { link, fold, needle, border, backward, forward, crossing, count };
 
 // What has been done so far, for another thread to look at.
@@ -43,10 +43,10 @@ struct CollapseResult {
   Index accepted = 0, moved = 0;
 };
 
-// Moves points onto neighbors, the ones that change the surface least first, and what is left to where its planes
-// meet: topology stays (components, border loops, genus), no face turns over, and nothing of either surface is
-// farther from the other than the tolerance; the same holds for the borders. About O(n log n), on all cores;
-// the same result whatever their number.
+// Collapses points onto neighbors, the cheapest first, and moves the remaining points to where their planes meet.
+// Preserves topology (components, boundary loops, genus). No face turns over. No point of either surface, or of its
+// borders, is farther than the tolerance from the other. About O(n log n), on all cores; the same result whatever
+// their number.
 CollapseResult collapse(const CollapseInput& input);
 
 }  // namespace bldsimp

@@ -1,4 +1,4 @@
-// Hold what is left of a surface while its edges collapse, and the proof that both are near one another.
+// Collapse the edges of a surface, and maintain the proof that result and surface are within the tolerance.
 #pragma once
 
 #include <optional>
@@ -126,7 +126,7 @@ class Collapser {
   std::set<Vec3, Lower> places_;
   std::optional<CrossingTracker> crossings_;  // of the result's points: about another origin they are rounded
 
-  // The change that is looked at: a goes to b, or (b is -1) to where the target is.
+  // The candidate change: point a moves onto point b, or to the target if b is -1.
   struct {
     Index a, b, edge;                          // border edge a-b; -1 for none
     Vec3 target, stored;                       // the same place, about the middle and as it will be written

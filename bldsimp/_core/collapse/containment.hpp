@@ -16,7 +16,7 @@ struct Holder {
 // distance to one face is greatest at a corner, so few distances prove a piece. Pieces are halved where faces
 // part them and joined again where one face holds both halves; many near one another that one face holds are
 // proven by the corners of a box around them, so that a proof costs what lies along the edges of the faces and not
-// what lies between. What no face holds from the start is told, and relied on as it is.
+// what lies between. `unproven` lists the slots of pieces that no face holds from the start.
 class ContainmentProof {
  public:
   static constexpr std::size_t most_holders = 64;

@@ -5,9 +5,9 @@
 
 namespace bldsimp {
 
-// Marks the faces of bodies that can go: every point of them, and of those that went before, is within `limit` of what
-// remains; no edge of what remains is left open or without balance by it. Pinned faces, and the bodies that have some,
-// stay, and so does at least one body. `body` is the least face of each body. About O(n log n); the same result
+// Marks the faces of bodies that can be removed: every point of them, and of bodies removed before, is within `limit`
+// of the remaining ones, and no remaining edge becomes open or unbalanced. Bodies with a pinned face stay, and so does
+// at least one body. `body` is the least face of each body. About O(n log n); the same result
 // whatever the number of threads.
 std::vector<std::uint8_t> find_redundant_bodies(Points points, Faces faces, Indices body, Flags pinned, double limit);
 

@@ -49,7 +49,7 @@ Halfedges pair_halfedges(Points points, Faces faces, const CornerRows& rows, dou
 // Edges of one face, and edges of more than two. O(faces).
 IndexPair count_edges(Faces faces, Index point_count);
 
-// The component of each face: its least face. Faces hang together by edges. Nearly linear.
+// The component of each face: its least face. Edges connect faces. Nearly linear.
 Array<Index> find_components(Faces faces, Index point_count);
 
 }  // namespace bldsimp

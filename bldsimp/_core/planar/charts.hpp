@@ -7,7 +7,7 @@
 
 namespace bldsimp {
 
-// What rows of the file carry: `limits.size()` columns. Column c of part p is worth steps[p * columns + c] steps a
+// Attributes of the file's rows: `limits.size()` columns. Column c of part p is worth steps[p * columns + c] steps a
 // unit, and may be off its map by half of limits[c] steps either way.
 struct AttributeColumns {
   std::span<const double> values, steps, limits;

@@ -192,7 +192,7 @@ class Conformer {
     }
   }
 
-  // The ladder's triangles by facet.
+  // The improved method's triangles by facet.
   void collect_given() {
     const Groups groups(facets_, parts_.triangles.size(), [&](Index t) { return parts_.facet_of_triangle[t]; });
     for (const Index t : groups.members) given_.push_back(parts_.triangles[t]);
@@ -296,7 +296,7 @@ class Conformer {
     return dirty;
   }
 
-  // The ladder's triangles, with the cuts.
+  // The improved method's triangles, with the cuts.
   void cut_given() {
     Subdivision subdivision(edges_);
     std::vector<Face> cut;
@@ -309,7 +309,7 @@ class Conformer {
     given_start_ = std::move(start);
   }
 
-  // Facets whose triangles do not fit take those of the ladder.
+  // Facets whose triangles do not fit take those of the improved method.
   void settle() {
     parts_of_edges_ = edges_.parts();
     for (Index facet = 0; facet < count(); ++facet) {
@@ -341,7 +341,7 @@ class Conformer {
 
   void take_given(Index facet) { patch_[facet].assign(given_of(facet).begin(), given_of(facet).end()); }
 
-  // Where facets lay an inner edge on an edge of others, all that may take the ladder's triangles do. True
+  // Where facets lay an inner edge on an edge of others, all that may take the improved method's triangles do. True
   // if there were any. Two sides of a sheet may share their inner edges.
   bool resolve_clashes() {
     std::vector<std::pair<Edge, Index>> now, before;

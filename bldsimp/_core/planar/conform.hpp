@@ -8,7 +8,7 @@
 
 namespace bldsimp {
 
-// Where the ladder ended.
+// The improved method's result, from which the standard one starts.
 struct ConformParts {
   Points points;
   std::span<const Plane> planes;
@@ -19,7 +19,7 @@ struct ConformParts {
   Flags keep;  // facets whose triangles are not ours to choose
 };
 
-// How a facet got its triangles. All but the first have those of the ladder, cut where pieces were.
+// How a facet got its triangles. All but the first have those of the improved method, cut where pieces were.
 enum class Conformity : std::uint8_t {
   delaunay,  // unconstrained, every piece an edge
   kept,      // its faces stayed, or it has no plane or outline
@@ -44,8 +44,8 @@ struct ConformResult {
 // facets along it, so all see the new points. Directions are told by determinants, and nothing is swapped
 // for a segment. Depends on the coordinates alone.
 //
-// A facet's new triangles must have the rim of its triangles on the ladder, cut alike: thus edges are used
-// as often as there. Of four points on one circle, the diagonal holds the least, even where a piece is the
+// A facet's new triangles must have the rim of its triangles in the improved method, cut alike: thus edges are
+// used as often as there. Of four points on one circle, the diagonal holds the least, even where a piece is the
 // other one, which is then cut.
 // Source: J. Ruppert, "A Delaunay Refinement Algorithm for Quality 2-Dimensional Mesh Generation", 1995
 // (spheres about corners).

@@ -15,9 +15,9 @@ from ...model import (
     Points,
     SimplifiedMesh,
     Values,
-    color_attribute,
-    custom_attribute,
-    label_attribute,
+    make_color_attribute,
+    make_custom_attribute,
+    make_label_attribute,
 )
 from ...options import UNKNOWN_TEXELS, Options
 from .document import Document, Json
@@ -158,10 +158,10 @@ def _make_attribute(name: str, values: Values, mesh: Mesh, texels: list[dict[int
     if name == "TANGENT":
         return Attribute(name, "tangent", values, np.ones((len(texels), values.shape[1])))
     if name.startswith(("_FEATURE_ID_", "_BATCHID")):
-        return label_attribute(name, values, mesh)
+        return make_label_attribute(name, values, mesh)
     if name.startswith("COLOR_"):
-        return color_attribute(values, mesh, name=name)
-    return custom_attribute(name, values, mesh, whole=whole and name.startswith("_"), on_faces=False)
+        return make_color_attribute(values, mesh, name=name)
+    return make_custom_attribute(name, values, mesh, whole=whole and name.startswith("_"), on_faces=False)
 
 
 def store_attributes(

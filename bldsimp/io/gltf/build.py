@@ -13,7 +13,7 @@ from ...material import Material, UvMap
 from ...model import Faces, Mesh, Points, Scene, SimplifiedMesh, Values
 from ...options import Options
 from ...report import Counts
-from ...tolerance import scale, transform_points
+from ...tolerance import measure_scale, transform_points
 from ...unique_rows import find_unique_rows
 from ..flat_mesh import FlatMesh, flatten_result, scale_to_unit, spread_face_values
 from ..mtl import replace_bad_bytes
@@ -80,7 +80,7 @@ def build_document(
             continue
         flat = spread_face_values(flatten_result(mesh, result, options))
         origin = choose_origin(flat.points)
-        built.rounding = max(built.rounding, scale(mesh) * measure_rounding(flat.points, origin))
+        built.rounding = max(built.rounding, measure_scale(mesh) * measure_rounding(flat.points, origin))
         if not math.isfinite(built.rounding):
             break
         built.merged_points += count_merged_points(flat.points, origin)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...material import Material
 from ...model import LARGEST_COORDINATE, Mesh, Part, Values, cast_indices, check_finite, check_indices
-from ...tolerance import number_format
+from ...tolerance import find_number_format
 from ..input_folder import LoadFile
 from .attributes import (
     FAN,
@@ -86,7 +86,7 @@ def _read_mesh(document: Document, sizes: TextureSizes, number: int, fixed: list
     mesh.attributes = read_attributes(document, groups, mesh, texels)
     step = max(document.find_step(one) for one in positions)
     mesh.quantized = bool(step)
-    mesh.single, mesh.rounding = (False, step / 2.0) if step else number_format(mesh.used_points)
+    mesh.single, mesh.rounding = (False, step / 2.0) if step else find_number_format(mesh.used_points)
     if any(group.accessor("NORMAL") is not None for group in groups):
         mesh.normals = np.concatenate([_read_normals(document, group) for group in groups])
     return mesh

@@ -18,7 +18,7 @@ from bldsimp.io import read
 from bldsimp.io import write as write_scene
 from bldsimp.job import simplify_file
 from bldsimp.scene import simplify_scene
-from bldsimp.tolerance import diagonal, resolve_tolerance, spacing
+from bldsimp.tolerance import measure_diagonal, measure_spacing, resolve_tolerance
 
 
 class TestRead:
@@ -63,11 +63,11 @@ class TestRead:
         document.mesh({"attributes": {"POSITION": position}, "indices": document.accessor(faces.reshape(-1), "u2")})
         mesh = read(document.glb(), "glb").meshes[0]
         assert mesh.points.max() == 1000.0
-        assert spacing(mesh) == 1.0
+        assert measure_spacing(mesh) == 1.0
         document.json["accessors"][position]["normalized"] = True
         mesh = read(document.glb(), "glb").meshes[0]
         assert mesh.points.max() == 1000.0 / 65535.0
-        assert spacing(mesh) == 1.0 / 65535.0
+        assert measure_spacing(mesh) == 1.0 / 65535.0
 
     def test_interleaved_attributes(self) -> None:
         document = Gltf()
@@ -104,8 +104,8 @@ class TestRead:
         scene = read(document.glb(), "glb")
         assert np.allclose(scene.meshes[0].transforms[0], [[3, 0, 0, 10], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
         assert np.allclose(scene.meshes[0].transforms[1], [[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]])
-        assert diagonal(scene) == pytest.approx(np.sqrt(18**2 + 2**2 + 7**2))
-        assert resolve_tolerance(scene, Tolerance(1.0, "percent")) == pytest.approx(diagonal(scene) / 100)
+        assert measure_diagonal(scene) == pytest.approx(np.sqrt(18**2 + 2**2 + 7**2))
+        assert resolve_tolerance(scene, Tolerance(1.0, "percent")) == pytest.approx(measure_diagonal(scene) / 100)
 
     def test_a_mesh_that_no_node_shows_counts_only_where_no_other_is_shown(self) -> None:
         document = Gltf()
@@ -114,7 +114,7 @@ class TestRead:
         del document.json["nodes"][1], document.json["scenes"][0]["nodes"][1]
         scene = read(document.glb(), "glb")
         assert [len(mesh.transforms) for mesh in scene.meshes] == [1, 0]
-        assert diagonal(scene) == pytest.approx(np.sqrt(12))
+        assert measure_diagonal(scene) == pytest.approx(np.sqrt(12))
         assert len(place_scene(scene).points) == 8
         # The one that is shown stays, however small.
         (shown, _), _ = simplify_scene(scene, Options(min_component=1000.0))
