@@ -202,6 +202,8 @@ def _accept_old_names(make: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(make)
     def make_options(self: Options, *values: Any, **named: Any) -> None:
+        if "min_part" in named and "min_component" in named:
+            raise TypeError("give min_component alone: min_part is its deprecated name")
         if "min_part" in named:
             warnings.warn("min_part is deprecated: use min_component", DeprecationWarning, stacklevel=2)
             named["min_component"] = named.pop("min_part")

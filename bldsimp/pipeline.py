@@ -141,9 +141,9 @@ def _dump_input(mesh: Mesh, tolerance: float, options: Options) -> str:
     return f"please report it with {path}"
 
 
-def weld_mesh(mesh: Mesh, options: Options) -> WeldedMesh:
-    """Weld a mesh as `simplify_mesh` does before all else; `options.weld` in the mesh's own frame."""
-    return weld(mesh, options.weld, KeptAttributes(mesh, options).find_layers())
+def weld_mesh(mesh: Mesh, options: Options, chosen: Indices | None = None) -> WeldedMesh:
+    """Weld a mesh, or some of its faces, as `simplify_mesh` does; `options.weld` in the mesh's own frame."""
+    return weld(mesh, options.weld, KeptAttributes(mesh, options).find_layers(), chosen)
 
 
 def measure_exact_tolerance(points: Points) -> float:

@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
 from .model import Mesh, Scene, SimplifiedMesh
@@ -118,8 +119,16 @@ def _weld_meshes(
         words = "component smaller than {} stays" if staying == 1 else "components smaller than {} stay"
         smaller = words.format(f"{options.min_component:g}")
         report.warnings.append(f"{staying:,} {smaller}, because they belong to unchanged parts")
-    for one, faces, gone in zip(every, small, dropped, strict=True):
-        yield one, one.select_faces(~faces) if gone else one, gone
+    for mesh, one, faces, gone in zip(scene.meshes, every, small, dropped, strict=True):
+        yield one, _weld_rest(mesh, one, ~faces, options) if gone else one, gone
+
+
+def _weld_rest(mesh: Mesh, welded: WeldedMesh, chosen: NDArray[np.bool_], options: Options) -> WeldedMesh:
+    """Return some faces of a welded mesh; near points are welded anew, since others may have moved them."""
+    if welded.moved == 0.0:
+        return welded.select_faces(chosen)
+    rest = weld_mesh(mesh, _localize(options, mesh), welded.source[chosen])
+    return dataclasses.replace(rest, degenerate=welded.degenerate, duplicate=welded.duplicate)
 
 
 def _add_to_report(report: Report, mesh: Mesh, result: MeshResult, options: Options, stretch: float) -> None:

@@ -42,6 +42,21 @@ class AttributeCharts:
     maps: Values
     texels: Values
 
+    def widen(self, wider: AttributeCharts) -> AttributeCharts:
+        """Replace the charts that lie whole in one of some wider charts by that one.
+
+        A wider chart may end in the middle of a wall, where a face of the next one happens to fit it; there this wall
+        keeps the charts that it has.
+        """
+        least, greatest = np.full(len(self.maps), len(wider.maps)), np.full(len(self.maps), -1)
+        np.minimum.at(least, self.of_face, wider.of_face)
+        np.maximum.at(greatest, self.of_face, wider.of_face)
+        lies_whole = (least == greatest)[self.of_face]
+        chart = np.where(lies_whole, wider.of_face, len(wider.maps) + self.of_face)
+        chosen, of_face = np.unique(chart, return_inverse=True)
+        maps = np.concatenate([wider.maps, self.maps])[chosen]
+        return AttributeCharts(cast_indices(of_face), maps, np.concatenate([wider.texels, self.texels])[chosen])
+
 
 class KeptAttributes:
     """The attributes of a mesh that the options keep.
@@ -249,17 +264,14 @@ def label_surface(
     points, faces = welded.points, welded.faces
     pinned = attributes.mesh.passed_on[attributes.mesh.part_of_face[welded.source]]
     label = attributes.label_faces(welded, halfedges, pinned, limits.needle)
-    facets = charts = None
+    facets, charts = find_facets(points, faces, halfedges, label, limits), None
     if attributes.interpolated:
+        charts = attributes.find_charts(welded, halfedges, *_core.group_faces(facets))
         if across_facets:
-            groups = _group_by_label(label)
-        else:
-            facets = find_facets(points, faces, halfedges, label, limits)
-            groups = _core.group_faces(facets)
-        charts = attributes.find_charts(welded, halfedges, *groups)
+            charts = charts.widen(attributes.find_charts(welded, halfedges, *_group_by_label(label)))
         label = np.where(pinned, np.int32(-1), charts.of_face)
-    if facets is None or (charts is not None and len(charts.maps) > len(facets.planes)):
-        facets = find_facets(points, faces, halfedges, label, limits)
+        if across_facets or len(charts.maps) > len(facets.planes):
+            facets = find_facets(points, faces, halfedges, label, limits)
     origin = np.arange(len(points), dtype=np.int32)
     return LabeledSurface(Surface(points, faces, label, welded.source, None, origin, decided), facets, charts)
 

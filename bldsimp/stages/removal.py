@@ -190,7 +190,10 @@ class _Components:
         roots, order = np.unique(component, return_inverse=True)
         self.of_face = cast_indices(order)
         self.pinned = np.zeros(len(roots), bool)
-        self.pinned[self.of_face[mesh.passed_on[mesh.part_of_face[welded.source]]]] = True
+        # By their points: of copies of a face the one that stays may be of another part.
+        unchanged = np.zeros(len(welded.points), bool)
+        unchanged[welded.point_of_row[mesh.faces[mesh.passed_on[mesh.part_of_face]]]] = True
+        self.pinned[self.of_face[unchanged[welded.faces].all(axis=1)]] = True
         self.sizes = np.zeros(len(roots))
         for transform in mesh.transforms if len(mesh.transforms) else np.eye(4)[None]:
             low, high = _measure_boxes(transform_points(welded.points, transform), welded.faces, self.of_face)

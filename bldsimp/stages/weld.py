@@ -66,7 +66,7 @@ class WeldedMesh:
         )
 
 
-def weld(mesh: Mesh, distance: float, layers: Indices | None = None) -> WeldedMesh:
+def weld(mesh: Mesh, distance: float, layers: Indices | None = None, chosen: Indices | None = None) -> WeldedMesh:
     """Merge equal or near points of a mesh; points of unchanged parts do not move.
 
     Parameters
@@ -76,23 +76,27 @@ def weld(mesh: Mesh, distance: float, layers: Indices | None = None) -> WeldedMe
         Points no farther apart than this are one; model units. 0 joins equal points only.
     layers : (f,) int32, optional
         A number for each face of the mesh: copies of a face in other layers are no copies.
+    chosen : (c,) int32, optional
+        The faces of the mesh to weld; all where left out.
 
     Notes
     -----
     Nearly linear. The result depends on coordinates alone, not on the order of rows or faces.
     """
-    welded = _core.weld(mesh.points, mesh.faces, distance, layers)
+    faces = mesh.faces if chosen is None else mesh.faces[chosen]
+    layers = layers if layers is None or chosen is None else layers[chosen]
+    welded = _core.weld(mesh.points, faces, distance, layers)
     moved = welded.moved
     if moved > 0.0 and mesh.passed_on.any():
         at = _place_rows(mesh, welded)
         used = welded.point_of_row >= 0
         moved = float(np.sqrt(((at - mesh.points)[used] ** 2).sum(axis=1).max()))
         # Rows at their final places are welded exactly, so that points are in lexicographic order again.
-        welded = _core.weld(at, mesh.faces, 0.0, layers)
+        welded = _core.weld(at, faces, 0.0, layers)
     return WeldedMesh(
         welded.points,
         welded.faces,
-        welded.source,
+        welded.source if chosen is None else chosen[welded.source],
         welded.point_of_row,
         welded.class_of_row,
         mesh.faces,

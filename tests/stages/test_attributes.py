@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+import solids
 
 from bldsimp.model import Attribute, Mesh, Part, SimplifiedMesh
 from bldsimp.options import DEFAULTS, DELIMITS, Options
@@ -303,3 +304,26 @@ def test_the_order_of_faces_and_rows_leaves_no_trace(seed: int) -> None:
     mixed = simplify_mesh(mesh(points[rows], place[faces[order]], uv(values[rows])), 1e-6)
     assert np.array_equal(plain.points, mixed.points)
     assert np.array_equal(plain.triangles, mixed.triangles)
+
+
+@pytest.mark.parametrize("halvings", [1, 2, 3])
+@pytest.mark.parametrize("kind", ["planar", "ramp", "own"])
+def test_a_wide_tolerance_keeps_no_more_points_of_a_picture_than_the_default(halvings: int, kind: str) -> None:
+    """Charts that span walls must not end in the middle of one."""
+    points, faces = solids.subdivide(solids.box((4, 3, 2)), halvings)
+    if kind == "own":
+        # Each wall has rows, and a map, of its own.
+        points = points[faces].reshape(-1, 3)
+        normals = np.repeat(np.cross(points[1::3] - points[::3], points[2::3] - points[::3]), 3, axis=0)
+        across = np.abs(normals).argmax(axis=1)
+        rows = np.arange(len(points))
+        values = np.stack([points[rows, (across + 1) % 3], points[rows, (across + 2) % 3]], axis=1) / 10
+        faces = rows.reshape(-1, 3).astype(np.int32)
+        given = mesh(points, faces, uv(values))
+    elif kind == "planar":
+        given = mesh(points, faces, uv(points[:, :2] / 10))
+    else:
+        given = mesh(points, faces, color(np.repeat(points[:, :1] / 4, 3, axis=1)))
+    default = simplify_mesh(given, 1e-9).after.points
+    assert default <= 8 * 2 + 8
+    assert simplify_mesh(given, 0.005).after.points <= default

@@ -321,3 +321,20 @@ def test_a_sheet_seen_from_one_side_stays_before_its_back(one_sided: bool) -> No
     outcome = simplify_mesh(mesh, 0.01)
     assert len(outcome.dropped) == (0 if one_sided else 1)
     assert len(outcome.mesh.faces) == (4 if one_sided else 2)
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_what_is_removed_has_no_part_in_what_a_weld_moved(whole: bool) -> None:
+    """A speck of which a weld joins points is removed: the rest is as if it had not been there."""
+    points, faces = SPECK
+    torn = solids.shape(points[faces].reshape(-1, 3) + np.linspace(0, 0.01, 36)[:, None], np.arange(36).reshape(-1, 3))
+    alone = scene(wall())
+    both = scene(wall(), torn)
+    if whole:
+        both.meshes = [*alone.meshes, *scene(torn).meshes]
+    options = Options(weld=0.02, min_component=0.5)
+    results, report = simplify_scene(both, options)
+    assert len(report.removed_components) == 1
+    assert report.deviation == simplify_scene(alone, options)[1].deviation
+    assert len(results[0].faces) == 12
+    assert sum(len(result.faces) for result in results) == 12
