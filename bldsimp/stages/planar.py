@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..model import Indices, cast_indices, measure_box
+from ..unique_rows import find_unique_rows
 from .facets import FacetedSurface, Limits, derive_limits, find_facets
 from .fallback import Assembly, simplify_facets
 from .orient import orient
@@ -54,15 +55,27 @@ class MergedSurface:
         return face_of_facet[self.assembly.facet_of_triangle]
 
     def trace_rows(self) -> ResolvedRows:
-        """Return the rows of the triangles: each corner reads the least that a face of its facet reads there."""
+        """Return the rows of the triangles.
+
+        The triangles of an unchanged facet keep the rows of its faces; any other corner reads the least row that a face
+        of its facet reads there.
+        """
         assert self.corners is not None
-        rows, is_foreign = self.corners.rows.reshape(-1), self.corners.is_foreign.reshape(-1)
+        faces, triangles, facet = self.surface.faces, self.assembly.triangles, self.assembly.facet_of_triangle
         count = len(self.surface.points)
-        key = (self.facets.facet_of_face[:, None].astype(np.int64) * count + self.surface.faces).reshape(-1)
-        order = np.lexsort((rows, key))
-        sought = self.assembly.facet_of_triangle[:, None].astype(np.int64) * count + self.assembly.triangles
+        key = (self.facets.facet_of_face[:, None].astype(np.int64) * count + faces).reshape(-1)
+        order = np.lexsort((self.corners.rows.reshape(-1), key))
+        sought = facet[:, None].astype(np.int64) * count + triangles
         corner = order[np.searchsorted(key[order], sought)]
-        return ResolvedRows(rows[corner], is_foreign[corner])
+        turn = np.argmin(triangles, axis=1)[:, None] if len(triangles) else np.zeros((0, 1), np.int64)
+        turned = np.take_along_axis(triangles, (turn + np.arange(3)) % 3, axis=1)
+        named = np.concatenate([np.column_stack([faces, self.facets.facet_of_face]), np.column_stack([turned, facet])])
+        place = find_unique_rows(named)[1]
+        face_at = np.full(len(named), -1)
+        face_at[place[: len(faces)]] = np.arange(len(faces))
+        own = np.where(self.assembly.unchanged[facet] != 0, face_at[place[len(faces) :]], -1)
+        corner = np.where((own >= 0)[:, None], 3 * own[:, None] + (np.arange(3) - turn) % 3, corner)
+        return ResolvedRows(self.corners.rows.reshape(-1)[corner], self.corners.is_foreign.reshape(-1)[corner])
 
     def take_result(self) -> Surface:
         """Return the result as a surface for the next stage."""
