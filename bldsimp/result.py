@@ -40,8 +40,8 @@ class MeshResult:
         Input face of each welded face.
     planes : (f, 5) float64
         Normal of each facet, and the least and greatest height of its points along it.
-    level, unchanged : (f,) uint8
-        `Level` of each facet; whether its own faces stayed.
+    level : (f,) uint8
+        `Level` of each facet.
     before, after : Counts
     deviation : float
         Certified bound, both ways.
@@ -72,7 +72,6 @@ class MeshResult:
     source: Indices
     planes: Values
     level: Flags
-    unchanged: Flags
     before: Counts
     after: Counts
     deviation: float = 0.0
@@ -154,7 +153,6 @@ def compose_result(
         source=welded.source,
         planes=last.facets.planes,
         level=level,
-        unchanged=assembly.unchanged,
         before=count_surface(len(welded.points), len(mesh.faces), (halfedges.open_edges, halfedges.nonmanifold_edges)),
         after=count_surface(
             assembly.count_points(), len(result.faces), _core.count_edges(assembly.triangles, len(surface.points))

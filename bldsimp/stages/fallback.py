@@ -72,8 +72,6 @@ class Assembly:
     ----------
     triangles : (k, 3) int32
     facet_of_triangle : (k,) int32
-    kept : (n,) uint8
-        Points that the result uses, or that no chain decided on.
     level, unchanged : (f,) uint8
         `Level` of each facet; whether its own faces stayed.
     deviation : (f,) float64
@@ -91,7 +89,6 @@ class Assembly:
 
     triangles: Faces
     facet_of_triangle: Indices
-    kept: Flags
     level: Flags
     unchanged: Flags
     deviation: Values
@@ -110,7 +107,6 @@ class Assembly:
         return Assembly(
             triangles=second.triangles,
             facet_of_triangle=second.facet_of_triangle,
-            kept=second.kept,
             level=np.maximum(self.level, second.level),
             unchanged=self.unchanged & second.unchanged,
             deviation=np.maximum(self.deviation, second.deviation),
@@ -307,7 +303,6 @@ def _assemble(attempt: Attempt, fate: _Fate, statistics: Statistics) -> Assembly
     return Assembly(
         triangles=attempt.triangles,
         facet_of_triangle=fate.facet_of_patch[attempt.patch_of_triangle],
-        kept=attempt.kept,
         level=fate.level,
         unchanged=unchanged,
         deviation=deviation,

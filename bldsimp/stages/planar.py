@@ -14,7 +14,7 @@ from .facets import FacetedSurface, Limits, derive_limits, find_facets
 from .fallback import Assembly, simplify_facets
 from .orient import orient
 from .provenance import ResolvedRows
-from .surface import Surface
+from .surface import Surface, turn_faces
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,7 @@ class MergedSurface:
         order = np.lexsort((self.corners.rows.reshape(-1), key))
         sought = facet[:, None].astype(np.int64) * count + triangles
         corner = order[np.searchsorted(key[order], sought)]
-        turn = np.argmin(triangles, axis=1)[:, None] if len(triangles) else np.zeros((0, 1), np.int64)
-        turned = np.take_along_axis(triangles, (turn + np.arange(3)) % 3, axis=1)
+        turned, turn = turn_faces(triangles)
         named = np.concatenate([np.column_stack([faces, self.facets.facet_of_face]), np.column_stack([turned, facet])])
         place = find_unique_rows(named)[1]
         face_at = np.full(len(named), -1)

@@ -6,6 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model import Faces, Flags, Indices, Points, cast_indices
 
@@ -93,6 +94,12 @@ class Surface:
         )
 
 
+def turn_faces(faces: Faces) -> tuple[Faces, NDArray[np.int64]]:
+    """Turn each face so that its least point is first; return also which corner that was, (m, 1)."""
+    turn = np.argmin(faces, axis=1)[:, None] if len(faces) else np.zeros((0, 1), np.int64)
+    return np.take_along_axis(faces, (turn + np.arange(3)) % 3, axis=1), turn
+
+
 def sort_faces(faces: Faces) -> tuple[Faces, Indices]:
     """Turn each face so that its least point is first, and sort them.
 
@@ -102,7 +109,6 @@ def sort_faces(faces: Faces) -> tuple[Faces, Indices]:
     order : (m,) int32
         Which face each of them was.
     """
-    turn = np.argmin(faces, axis=1)[:, None] if len(faces) else np.zeros((0, 1), np.int64)
-    turned = np.take_along_axis(faces, (turn + np.arange(3)) % 3, axis=1)
+    turned, _ = turn_faces(faces)
     order = np.lexsort((turned[:, 1], turned[:, 1:].max(axis=1), turned[:, 1:].min(axis=1), turned[:, 0]))
     return cast_indices(turned[order]), cast_indices(order)
