@@ -99,13 +99,13 @@ def simplify_mesh(
         wide = tolerance > STAGED_DIAGONAL / AUTO_DIAGONAL * exact
         limits = derive_limits(measure_box(welded.points), exact if wide else tolerance, welded.moved)
         pinned = mesh.passed_on[mesh.part_of_face[welded.source]]
-        oriented = orient(welded.points, welded.faces, welded.rows, pinned, limits.width)
-        welded = dataclasses.replace(welded, faces=oriented.faces)
-        labeled = label_surface(
-            attributes, welded, oriented.halfedges, _flag_points(welded, decided), limits, across_facets=wide
+        faces, halfedges, turned = orient(welded.points, welded.faces, welded.rows, pinned, limits.width)
+        welded = dataclasses.replace(welded, faces=faces)
+        surface, facets, charts = label_surface(
+            attributes, welded, halfedges, _flag_points(welded, decided), limits, across_facets=wide
         )
-        given = StageResults(welded, oriented, labeled.charts)
-        given.merged.append(merge_coplanar(labeled.surface, oriented.halfedges, labeled.facets, limits))
+        given = StageResults(welded, halfedges, len(turned), charts)
+        given.merged.append(merge_coplanar(surface, halfedges, facets, limits))
         left = tolerance - given.deviation - exact
         # Where nothing has area, or welding has used the tolerance up, there is nothing to collapse.
         if wide and len(welded.faces) and left > exact:

@@ -12,11 +12,10 @@ from .model import Faces, Flags, Indices, Mesh, Points, SimplifiedMesh, Values
 from .report import Counts
 from .stages.attributes import AttributeCharts, KeptAttributes
 from .stages.collapse import CollapsedSurface
-from .stages.fallback import Layout
-from .stages.orient import OrientedFaces
 from .stages.planar import MergedSurface, map_facets
-from .stages.provenance import ResolvedRows, convert_to_rows, find_owners, place_rows, resolve_rows
+from .stages.provenance import ResolvedRows, convert_to_rows, place_rows, resolve_rows
 from .stages.removal import Details, Dropped
+from .stages.triangulate import Attempt, Cause
 from .stages.weld import WeldedMesh
 from .triangulation import Statistics
 
@@ -60,7 +59,7 @@ class MeshResult:
         Boundary loops that were closed.
     statistics : Statistics
         Of all triangulations.
-    layout : Layout or None
+    layout : Attempt or None
         What was triangulated last, where asked for.
     """
 
@@ -85,7 +84,7 @@ class MeshResult:
     dropped: list[Dropped] = field(default_factory=list)
     closed: int = 0
     statistics: Statistics = field(default_factory=Statistics)
-    layout: Layout | None = None
+    layout: Attempt | None = None
 
 
 @dataclass
@@ -95,8 +94,10 @@ class StageResults:
     Attributes
     ----------
     welded : WeldedMesh
-    oriented : OrientedFaces
+    halfedges : Halfedges
         Of it.
+    turned : int
+        Faces of it whose winding was turned.
     charts : AttributeCharts or None
     merged : list of MergedSurface
         The first of the welded mesh; the second, at a wide tolerance, of what edge collapses have left.
@@ -105,7 +106,8 @@ class StageResults:
     """
 
     welded: WeldedMesh
-    oriented: OrientedFaces
+    halfedges: _core.Halfedges
+    turned: int
     charts: AttributeCharts | None
     merged: list[MergedSurface] = field(default_factory=list)
     details: Details | None = None
@@ -143,7 +145,7 @@ def compose_result(
         result.points = place_rows(mesh.points, welded, surface)
     attributes.update_values(result, mesh.points, foreign, label, given.charts)
     facet_of_facet, level = _trace_facets(given)
-    halfedges = given.oriented.halfedges
+    halfedges, reasons = given.halfedges, sum((one.assembly.causes for one in given.merged), Counter[Cause]())
     return MeshResult(
         mesh=result,
         points=surface.points,
@@ -161,10 +163,10 @@ def compose_result(
         texels=_bound_texels(given, attributes),
         degenerate=welded.degenerate,
         duplicate=welded.duplicate,
-        turned=given.oriented.turned + sum(one.turned for one in given.merged),
+        turned=given.turned + sum(one.turned for one in given.merged),
         healed=sum(one.assembly.healed for one in given.merged),
         touching=assembly.touching,
-        reasons=_count_reasons(given),
+        reasons={cause.name.lower(): count for cause, count in reasons.items()},
         dropped=[] if given.details is None else given.details.dropped,
         closed=0 if given.details is None else given.details.closed,
         statistics=sum((one.assembly.statistics for one in given.merged), Statistics()),
@@ -175,7 +177,6 @@ def compose_result(
 def resolve_corners(mesh: Mesh, given: StageResults) -> ResolvedRows:
     """Find the rows that the corners of a surface read: of what edge collapses have left, else of the result."""
     welded, first, collapsed = given.welded, given.merged[0], given.collapsed
-    part = mesh.part_of_face[welded.source]
     unchanged = first.assembly.unchanged
     if collapsed is None:
         triangles, facet = first.assembly.triangles, first.assembly.facet_of_triangle
@@ -183,8 +184,8 @@ def resolve_corners(mesh: Mesh, given: StageResults) -> ResolvedRows:
         assert collapsed.surface.facet is not None
         triangles, facet = collapsed.surface.origin[collapsed.surface.faces], collapsed.surface.facet
         unchanged = np.zeros_like(unchanged) if collapsed.changed else unchanged
-    owners = find_owners(first.facets.facet_of_face, first.surface.label, part, unchanged)
-    return resolve_rows(welded, triangles, facet, owners)
+    facet_of_face, label = first.facets.facet_of_face, first.surface.label
+    return resolve_rows(mesh, welded, triangles, facet, facet_of_face=facet_of_face, label=label, unchanged=unchanged)
 
 
 def _trace_facets(given: StageResults) -> tuple[Indices, Flags]:
@@ -216,14 +217,6 @@ def _bound_texels(given: StageResults, attributes: KeptAttributes) -> float:
     first = given.merged[0]
     changed = first.assembly.unchanged[first.facets.facet_of_face] == 0
     return float(charts.texels[charts.of_face[changed]].max(initial=0.0)) + shift
-
-
-def _count_reasons(given: StageResults) -> dict[str, int]:
-    """Count why facets were not simplified."""
-    reasons: Counter[str] = Counter()
-    for one in given.merged:
-        reasons.update({cause.name.lower(): count for cause, count in one.assembly.causes.items()})
-    return dict(reasons)
 
 
 def count_surface(points: int, triangles: int, edges: tuple[int, int]) -> Counts:

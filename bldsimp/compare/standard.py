@@ -54,15 +54,12 @@ class StandardSurface:
     Attributes
     ----------
     surface : PlacedSurface
-    facets : Counter of Conformity
-        As in `StandardMesh`, over all meshes.
     statistics : Statistics
     note : str
         A caution about the figures; empty where none is needed.
     """
 
     surface: PlacedSurface
-    facets: Counter[Conformity]
     statistics: Statistics
     note: str
 
@@ -99,8 +96,8 @@ def triangulate_standard(result: MeshResult) -> StandardMesh:
     if layout is None:
         raise ValueError("the result has no layout: simplify keep_layout=True")
     conformed = _core.conform(
-        result.points, layout.planes, layout.outlines, layout.pieces,
-        layout.triangles, layout.patch_of_triangle, layout.keep,
+        result.points, layout.surface.facets.planes, layout.outlines.chains, layout.pieces,
+        layout.triangles, layout.patch_of_triangle, layout.fate.keep,
     )  # fmt: skip
     return StandardMesh(
         np.concatenate([result.points, conformed.made]),
@@ -120,13 +117,9 @@ def build_standard_surface(scene: Scene, results: list[MeshResult]) -> StandardS
         Of the improved method for each mesh, with its layout.
     """
     made = [triangulate_standard(result) for result in results]
+    surface = place_meshes(scene, [mesh.points for mesh in made], [mesh.triangles for mesh in made])
     facets = sum((mesh.facets for mesh in made), Counter[Conformity]())
-    return StandardSurface(
-        place_meshes(scene, [mesh.points for mesh in made], [mesh.triangles for mesh in made]),
-        facets,
-        sum((mesh.statistics for mesh in made), Statistics()),
-        _write_note(facets),
-    )
+    return StandardSurface(surface, sum((mesh.statistics for mesh in made), Statistics()), _write_note(facets))
 
 
 def _write_note(facets: Counter[Conformity]) -> str:

@@ -221,23 +221,6 @@ class KeptAttributes:
             _set_columns(result, kept, every)
 
 
-@dataclass(frozen=True)
-class LabeledSurface:
-    """A welded surface whose labels tell what no facet may cross, and its facets.
-
-    Attributes
-    ----------
-    surface : Surface
-    facets : _core.Facets
-    charts : AttributeCharts or None
-        None where nothing is interpolated; else labels are charts.
-    """
-
-    surface: Surface
-    facets: _core.Facets
-    charts: AttributeCharts | None
-
-
 def label_surface(
     attributes: KeptAttributes,
     welded: WeldedMesh,
@@ -246,7 +229,7 @@ def label_surface(
     limits: Limits,
     *,
     across_facets: bool,
-) -> LabeledSurface:
+) -> tuple[Surface, _core.Facets, AttributeCharts | None]:
     """Label the faces of a welded mesh by what they look like, and find its facets within the labels.
 
     Parameters
@@ -260,6 +243,14 @@ def label_surface(
     limits : Limits
     across_facets : bool
         Whether a chart may span facets, as edge collapses need it, or is cut within each.
+
+    Returns
+    -------
+    surface : Surface
+        Its labels tell what no facet may cross.
+    facets : Facets
+    charts : AttributeCharts or None
+        None where nothing is interpolated; else labels are charts.
     """
     points, faces = welded.points, welded.faces
     pinned = attributes.mesh.passed_on[attributes.mesh.part_of_face[welded.source]]
@@ -273,7 +264,7 @@ def label_surface(
         if across_facets or len(charts.maps) > len(facets.planes):
             facets = find_facets(points, faces, halfedges, label, limits)
     origin = np.arange(len(points), dtype=np.int32)
-    return LabeledSurface(Surface(points, faces, label, welded.source, None, origin, decided), facets, charts)
+    return Surface(points, faces, label, welded.source, None, origin, decided), facets, charts
 
 
 def _group_by_label(label: Indices) -> tuple[Indices, Indices]:

@@ -44,12 +44,12 @@ class Spent:
     vanished: Values
     folded: Values
 
-    def at_chains(self, outlines: TracedOutlines, point_count: int) -> tuple[Values, Values]:
+    def at_chains(self, outlines: TracedOutlines) -> tuple[Values, Values]:
         """Return the greatest `distance` and `vanished` of the edges of each chain."""
         if not len(self.edges) or not outlines.chain_count:
             return np.zeros(outlines.chain_count), np.zeros(outlines.chain_count)
         a, b, first = outlines.edges()
-        keys = key_edges(a, b, point_count)
+        keys = key_edges(a, b, outlines.point_count)
         at = np.minimum(np.searchsorted(self.edges, keys), len(self.edges) - 1)
         known = self.edges[at] == keys
         distance, vanished = (np.where(known, of_edge[at], 0.0) for of_edge in (self.distance, self.vanished))
@@ -93,7 +93,7 @@ class Budget:
 
 
 def allot_tolerance(
-    tolerance: float, planes: Values, fold: Values, outlines: TracedOutlines, spent: tuple[Values, Values]
+    tolerance: float, planes: Values, facet_of_patch: Indices, outlines: TracedOutlines, spent: Spent
 ) -> Budget:
     """Allot a tolerance to patches and chains.
 
@@ -103,14 +103,13 @@ def allot_tolerance(
         Model units.
     planes : (p, 5) float64
         Of each patch.
-    fold : (p,) float64
-        How far its needles already reach out of it.
+    facet_of_patch : (p,) int32
     outlines : TracedOutlines
-    spent : pair of (c,) float64
-        As `Spent.at_chains` tells.
+    spent : Spent
     """
     width = planes[:, 4] - planes[:, 3] if tolerance > 0 else np.zeros(len(planes))
-    distance, vanished = spent
+    fold = spent.folded[facet_of_patch]
+    distance, vanished = spent.at_chains(outlines)
     allowed = np.maximum(np.sqrt(np.maximum(tolerance**2 - width**2, 0.0)) - fold, 0.0)
     least_allowed = -outlines.spread_to_chains(-allowed)
     limit = np.maximum(np.minimum(least_allowed - distance, tolerance - vanished), 0.0)

@@ -2,36 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..model import Faces, Points
-
-
-@dataclass(frozen=True)
-class OrientedFaces:
-    """Faces with consistent, outward winding.
-
-    Attributes
-    ----------
-    faces : (m, 3) int32
-    halfedges : Halfedges
-        Of these faces.
-    turned : int
-        Faces whose winding was turned.
-    """
-
-    faces: Faces
-    halfedges: _core.Halfedges
-    turned: int
+from ..model import Faces, Indices, Points
 
 
 def orient(
     points: Points, faces: Faces, rows: _core.CornerRows, pinned: NDArray[np.bool_], width: float
-) -> OrientedFaces:
+) -> tuple[Faces, _core.Halfedges, Indices]:
     """Pair the halfedges of faces, and turn those that do not agree with their neighbors.
 
     Parameters
@@ -45,6 +25,15 @@ def orient(
     width : float
         Then those are paired that lie in one plane within this width; model units.
 
+    Returns
+    -------
+    faces : (m, 3) int32
+        With consistent, outward winding.
+    halfedges : Halfedges
+        Of these faces.
+    turned : (t,) int32
+        Faces whose winding was turned.
+
     Notes
     -----
     Neighbors agree against the smaller area; a closed component faces outwards unless an odd number of others
@@ -52,8 +41,8 @@ def orient(
     """
     halfedges = _core.pair_halfedges(points, faces, rows, width)
     turned = _core.find_misoriented(points, faces, halfedges, rows, pinned.astype(np.uint8))
-    if not len(turned):
-        return OrientedFaces(faces, halfedges, 0)
-    faces = faces.copy()
-    faces[turned] = faces[turned][:, [0, 2, 1]]
-    return OrientedFaces(faces, _core.pair_halfedges(points, faces, rows, width), len(turned))
+    if len(turned):
+        faces = faces.copy()
+        faces[turned] = faces[turned][:, [0, 2, 1]]
+        halfedges = _core.pair_halfedges(points, faces, rows, width)
+    return faces, halfedges, turned

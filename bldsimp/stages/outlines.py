@@ -2,52 +2,49 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
 from ..model import Faces, Flags, Indices, Values, cast_indices
+from .facets import FacetedSurface
 
 
-@dataclass
 class TracedOutlines:
-    """The chains between facets, and where each is used.
+    """The chains between the patches of a surface, and where each is used.
 
     A facet of which some faces stay is traced as several patches; without such faces patches are facets.
+
+    Parameters
+    ----------
+    surface : FacetedSurface
+        Its facets are the patches.
+    keep : (p,) uint8
+        Patches whose faces stay.
 
     Attributes
     ----------
     chains : _core.Outlines
-    patch_count : int
+    point_count, patch_count, chain_count : int
+    patch_of_use : int32
+        The patch of each use of a chain.
     """
 
-    chains: _core.Outlines
-    patch_count: int
-    patch_of_use: Indices = field(init=False)
-    _chain_of_position: Indices = field(init=False)
-    _chain_of_use: Indices = field(init=False)
-    _chain_by_patch: Indices = field(init=False)
-    _start_of_patch: Indices = field(init=False)
-
-    def __post_init__(self) -> None:
-        number = np.arange(self.chain_count, dtype=np.int32)
+    def __init__(self, surface: FacetedSurface, keep: Flags) -> None:
+        self.point_count, self.patch_count = len(surface.points), len(keep)
+        self.chains = _core.trace_outlines(surface.faces, self.point_count, surface.halfedges, surface.facets, keep)
+        self.chain_count = len(self.chains.use_start) - 1
         self.patch_of_use = self.chains.use_facet
+        number = np.arange(self.chain_count, dtype=np.int32)
         self._chain_of_position = np.repeat(number, np.diff(self.chains.chain_start))
         self._chain_of_use = np.repeat(number, np.diff(self.chains.use_start))
         self._chain_by_patch = self._chain_of_use[np.argsort(self.patch_of_use, kind="stable")]
         counts = np.bincount(self.patch_of_use, minlength=self.patch_count)
         self._start_of_patch = cast_indices(np.concatenate([[0], np.cumsum(counts)]))
 
-    @property
-    def chain_count(self) -> int:
-        """Number of chains."""
-        return len(self.chains.use_start) - 1
-
-    def patches_at(self, points: Indices | NDArray[np.int64], point_count: int) -> NDArray[np.int64]:
+    def patches_at(self, points: Indices | NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the patches beside the chains that pass some points."""
-        marked = np.zeros(point_count, bool)
+        marked = np.zeros(self.point_count, bool)
         marked[points] = True
         chain = np.zeros(self.chain_count, bool)
         chain[self._chain_of_position[marked[self.chains.chain_points]]] = True
@@ -83,23 +80,6 @@ class TracedOutlines:
         inside = np.ones(len(points) - 1, bool)
         inside[start[1:-1] - 1] = False
         return points[:-1][inside], points[1:][inside], start[:-1] - np.arange(self.chain_count)
-
-
-def trace_outlines(
-    faces: Faces, point_count: int, halfedges: _core.Halfedges, facets: _core.Facets, keep: Flags
-) -> TracedOutlines:
-    """Trace the chains between the patches of facets.
-
-    Parameters
-    ----------
-    faces : (m, 3) int32
-    point_count : int
-    halfedges, facets
-        As found on these faces.
-    keep : (p,) uint8
-        Patches whose faces stay.
-    """
-    return TracedOutlines(_core.trace_outlines(faces, point_count, halfedges, facets, keep), len(facets.planes))
 
 
 def trace_rings(triangles: Faces) -> list[NDArray[np.int32]]:

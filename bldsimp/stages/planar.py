@@ -130,16 +130,15 @@ def merge_after_collapses(surface: Surface, corners: ResolvedRows, tolerance: fl
     point_of_row[corners.rows] = surface.faces
     every = np.arange(len(surface.faces), dtype=np.int32)
     rows = _core.CornerRows(corners.rows, point_of_row, every, np.empty(0, np.int32))
-    oriented = orient(surface.points, surface.faces, rows, surface.label < 0, limits.width)
-    # Where a face was turned, its second and third corner have changed places.
-    turned = (oriented.faces != surface.faces).any(axis=1)
+    faces, halfedges, turned = orient(surface.points, surface.faces, rows, surface.label < 0, limits.width)
+    # The second and third corner of a face that was turned have changed places.
     corners = ResolvedRows(corners.rows.copy(), corners.is_foreign.copy())
     for values in (corners.rows, corners.is_foreign):
         values[turned] = values[turned][:, [0, 2, 1]]
-    surface = dataclasses.replace(surface, faces=oriented.faces)
-    facets = find_facets(surface.points, surface.faces, oriented.halfedges, surface.label, limits)
-    merged = merge_coplanar(surface, oriented.halfedges, facets, limits)
-    return dataclasses.replace(merged, turned=oriented.turned, corners=corners)
+    surface = dataclasses.replace(surface, faces=faces)
+    facets = find_facets(surface.points, faces, halfedges, surface.label, limits)
+    merged = merge_coplanar(surface, halfedges, facets, limits)
+    return dataclasses.replace(merged, turned=len(turned), corners=corners)
 
 
 def map_facets(before: Indices, after: Indices, count: int) -> Indices:

@@ -14,34 +14,6 @@ from .weld import WeldedMesh
 
 
 @dataclass(frozen=True)
-class Owners:
-    """What the faces and facets of a welded mesh belong to.
-
-    Attributes
-    ----------
-    facet_of_face : (m,) int32
-    label_of_facet : (f,) int32
-        What no facet may leave.
-    part_of_facet : (f,) int32
-    unchanged : (f,) uint8
-        Facets whose faces keep the rows that they have.
-    """
-
-    facet_of_face: Indices
-    label_of_facet: Indices
-    part_of_facet: Indices
-    unchanged: Flags
-
-
-def find_owners(facet_of_face: Indices, label: Indices, part: Indices, unchanged: Flags) -> Owners:
-    """Find the label and the part of each facet: all of its faces have the same."""
-    label_of_facet, part_of_facet = np.zeros(len(unchanged), np.int32), np.zeros(len(unchanged), np.int32)
-    label_of_facet[facet_of_face] = label
-    part_of_facet[facet_of_face] = part
-    return Owners(facet_of_face, label_of_facet, part_of_facet, unchanged)
-
-
-@dataclass(frozen=True)
 class ResolvedRows:
     """Which row of the mesh each corner of some triangles reads.
 
@@ -56,17 +28,30 @@ class ResolvedRows:
     is_foreign: NDArray[np.bool_]
 
 
-def resolve_rows(welded: WeldedMesh, triangles: Faces, facet: Indices, owners: Owners) -> ResolvedRows:
+def resolve_rows(
+    mesh: Mesh,
+    welded: WeldedMesh,
+    triangles: Faces,
+    facet: Indices,
+    *,
+    facet_of_face: Indices,
+    label: Indices,
+    unchanged: Flags,
+) -> ResolvedRows:
     """Find the row of the mesh that each corner reads.
 
     Parameters
     ----------
+    mesh : Mesh
     welded : WeldedMesh
     triangles : (k, 3) int32
         Over its points.
     facet : (k,) int32
         The facet of the welded mesh that each of them was part of.
-    owners : Owners
+    facet_of_face, label : (m,) int32
+        Of each welded face; all faces of a facet have one label, and are of one part.
+    unchanged : (f,) uint8
+        Facets whose faces keep the rows that they have.
 
     Notes
     -----
@@ -75,15 +60,18 @@ def resolve_rows(welded: WeldedMesh, triangles: Faces, facet: Indices, owners: O
     """
     kept = np.zeros(len(welded.points), np.uint8)
     kept[triangles] = 1
+    label_of_facet, part_of_facet = np.zeros(len(unchanged), np.int32), np.zeros(len(unchanged), np.int32)
+    label_of_facet[facet_of_face] = label
+    part_of_facet[facet_of_face] = mesh.part_of_face[welded.source]
     found, foreign = _core.assign_rows(
         triangles,
         facet,
         welded.faces,
         welded.rows,
-        owners.facet_of_face,
-        owners.label_of_facet,
-        owners.part_of_facet,
-        owners.unchanged,
+        facet_of_face,
+        label_of_facet,
+        part_of_facet,
+        unchanged,
         kept,
     )
     is_foreign = np.zeros(3 * len(found), bool)

@@ -6,7 +6,7 @@ The checks return failures; `fallback` decides what more of a facet has to stay 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from .. import _core
 from ..model import Faces, Flags, Indices, cast_indices
 from ..triangulation import Statistics
-from .budget import Budget, key_edges
+from .budget import Spent, allot_tolerance, key_edges
 from .facets import FacetedSurface
 from .outlines import TracedOutlines
-from .surface import GOES
+from .surface import GOES, STAYS
 
 _NO_EDGES = np.empty((0, 2), np.int32)
 
@@ -57,17 +57,56 @@ class Failure:
 
 
 @dataclass
-class Attempt:
-    """The facets of a surface, triangulated from what is kept of their outlines.
+class Fate:
+    """The facets and points that must stay, as far as known.
 
     Attributes
     ----------
-    surface : FacetedSurface
-        Its facets are the patches.
-    outlines : TracedOutlines
-    budget : Budget
+    facet_of_patch : (p,) int32
     keep : (p,) uint8
         Patches whose faces stay.
+    put_back : (n,) uint8
+        Points that were put back.
+    level, cause, splits : (f,) uint8
+        Of each facet: how much of it stays, why, and how often it was split.
+    statistics : Statistics
+        Of all triangulations so far.
+    """
+
+    facet_of_patch: Indices
+    keep: Flags
+    put_back: Flags
+    level: Flags
+    cause: Flags
+    splits: Flags
+    statistics: Statistics
+
+    def lower(self, patches: NDArray[np.integer], level: int, cause: Cause) -> None:
+        """Note that the facets of some patches stand on a level at best."""
+        facets = np.unique(self.facet_of_patch[patches])
+        lower = facets[self.level[facets] < level]
+        self.level[lower] = level
+        self.cause[lower] = cause
+
+
+class Attempt:
+    """The facets of a surface, triangulated from what is kept of their outlines.
+
+    Parameters
+    ----------
+    surface : FacetedSurface
+        Its facets are the patches.
+    tolerance : float
+        Model units.
+    fate : Fate
+    spent : Spent
+
+    Attributes
+    ----------
+    surface, fate
+        As given.
+    outlines : TracedOutlines
+    budget : Budget
     must : (n,) uint8
         Points that stay.
     dirty : (p,) bool
@@ -82,32 +121,25 @@ class Attempt:
         The triangles of all patches, and which patches have their own faces.
     """
 
-    surface: FacetedSurface
-    outlines: TracedOutlines
-    budget: Budget
-    keep: Flags
-    must: Flags
-    dirty: NDArray[np.bool_] = field(init=False)
-    kept: Flags = field(init=False)
-    pieces: _core.Pieces = field(init=False)
-    edges: _core.PieceEdges = field(init=False)
-    triangles: Faces = field(init=False)
-    patch_of_triangle: Indices = field(init=False)
-    unchanged: Flags = field(init=False)
+    pieces: _core.Pieces
+    edges: _core.PieceEdges
 
-    def __post_init__(self) -> None:
-        count = len(self.keep)
-        self.face_start, self.face_order = _core.group_faces(self.surface.facets)
-        self.dirty = np.ones(count, bool)
-        self.kept = np.zeros(len(self.surface.points), np.uint8)
-        self.triangles = np.empty((0, 3), np.int32)
-        self.patch_of_triangle = np.empty(0, np.int32)
-        self.unchanged = np.zeros(count, np.uint8)
-        self.statistics = Statistics()
+    def __init__(self, surface: FacetedSurface, tolerance: float, fate: Fate, spent: Spent) -> None:
+        self.surface, self.fate = surface, fate
+        self.outlines = TracedOutlines(surface, fate.keep)
+        self.budget = allot_tolerance(tolerance, surface.facets.planes, fate.facet_of_patch, self.outlines, spent)
+        self.must = self.outlines.chains.is_chain_end | fate.put_back | (surface.decided == STAYS).astype(np.uint8)
+        self.keep_points_of(fate.keep != 0)
+        self.face_start, self.face_order = _core.group_faces(surface.facets)
+        self.dirty = np.ones(len(fate.keep), bool)
+        self.kept = np.zeros(len(surface.points), np.uint8)
+        self.triangles: Faces = np.empty((0, 3), np.int32)
+        self.patch_of_triangle: Indices = np.empty(0, np.int32)
+        self.unchanged = np.zeros(len(fate.keep), np.uint8)
 
-    def patches_at(self, points: Indices | NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the patches beside the chains that pass some points."""
-        return self.outlines.patches_at(points, len(self.surface.points))
+    def keep_points_of(self, patches: NDArray[np.bool_]) -> None:
+        """Keep all points of the faces of some patches."""
+        self.must[self.surface.faces[patches[self.surface.facets.facet_of_face]]] = 1
 
     def faces_of(self, patch: np.int32) -> Indices:
         """Return the faces of a patch."""
@@ -125,7 +157,7 @@ def thin_chains(attempt: Attempt) -> None:
     points, chains = attempt.surface.points, attempt.outlines.chains
     kept = _core.thin_chains(points, chains, attempt.budget.limit, attempt.must)
     kept[(attempt.surface.decided == GOES) & (attempt.must == 0)] = 0
-    attempt.dirty[attempt.patches_at(np.flatnonzero(kept != attempt.kept))] = True
+    attempt.dirty[attempt.outlines.patches_at(np.flatnonzero(kept != attempt.kept))] = True
     attempt.kept = kept
     attempt.pieces = _core.lay_pieces(points, chains, kept)
     attempt.edges = _core.merge_pieces(attempt.pieces, chains)
@@ -145,9 +177,9 @@ def triangulate_patches(attempt: Attempt) -> list[Failure]:
         attempt.kept,
         attempt.budget.allowed,
         wanted,
-        attempt.keep,
+        attempt.fate.keep,
     )
-    attempt.statistics += Statistics(*made.statistics)
+    attempt.fate.statistics += Statistics(*made.statistics)
     outcomes = made.outcomes
     attempt.unchanged[wanted] = outcomes == Cause.UNCHANGED
     attempt.budget.reach[wanted] = made.reach
@@ -180,8 +212,8 @@ def find_split_components(attempt: Attempt) -> list[Failure]:
     """Find strips that held a component together and closed, so that it came apart."""
     if attempt.edges.healed == 0:
         return []
-    surface, count = attempt.surface, len(attempt.keep)
-    before = np.zeros(count, np.int32)
+    surface, keep = attempt.surface, attempt.fate.keep
+    before = np.zeros(len(keep), np.int32)
     before[surface.facets.facet_of_face] = _core.find_components(surface.faces, len(surface.points))
     after = _core.find_components(attempt.triangles, len(surface.points))
     pairs = np.unique(np.stack([attempt.patch_of_triangle, after], axis=1), axis=0)
@@ -189,9 +221,9 @@ def find_split_components(attempt: Attempt) -> list[Failure]:
     parted = of_component[1:][of_component[1:] == of_component[:-1]]
     if len(parted) == 0:
         return []
-    suspects = np.isin(before, parted) & (attempt.keep == 0)
+    suspects = np.isin(before, parted) & (keep == 0)
     # A strip has vanished, or parted itself where it was narrow.
-    strips = suspects & (np.bincount(pairs[:, 0], minlength=count) != 1)
+    strips = suspects & (np.bincount(pairs[:, 0], minlength=len(keep)) != 1)
     healed = attempt.edges.healed_pieces
     chain, farthest = attempt.pieces.chain[healed], attempt.pieces.farthest[healed]
     failures = []
@@ -234,9 +266,7 @@ def _crossed_before(attempt: Attempt, pairs: Indices) -> NDArray[np.bool_]:
     if not len(pairs):
         return np.zeros(0, bool)
     surface, count = attempt.surface, len(attempt.surface.points)
-    suspects = np.zeros(len(attempt.keep), np.uint8)
-    suspects[pairs] = 1
-    faces = np.flatnonzero(suspects[surface.facets.facet_of_face])
+    faces = np.flatnonzero(np.isin(surface.facets.facet_of_face, pairs))
     before = surface.facets.facet_of_face[faces][_core.find_crossings(surface.points, surface.faces[faces])]
     return np.isin(key_edges(pairs[:, 0], pairs[:, 1], count), key_edges(before[:, 0], before[:, 1], count))
 

@@ -23,7 +23,7 @@ from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import simplify_mesh
 from bldsimp.result import MeshResult
 from bldsimp.scene import simplify_meshes
-from bldsimp.stages.fallback import Layout
+from bldsimp.stages.triangulate import Attempt
 from bldsimp.triangulation import Statistics
 
 FLAT = {
@@ -65,8 +65,8 @@ def run_both(mesh: Mesh, tolerance: float = 0.0) -> tuple[MeshResult, StandardMe
 def conform(outcome: MeshResult) -> _core.ConformResult:
     layout = outcome.layout
     return _core.conform(
-        outcome.points, layout.planes, layout.outlines, layout.pieces,
-        layout.triangles, layout.patch_of_triangle, layout.keep,
+        outcome.points, layout.surface.facets.planes, layout.outlines.chains, layout.pieces,
+        layout.triangles, layout.patch_of_triangle, layout.fate.keep,
     )  # fmt: skip
 
 
@@ -133,7 +133,7 @@ def test_every_facet_is_delaunay_by_itself(name: str) -> None:
     outcome, result = run_both(make_mesh(FLAT[name]()))
     core = conform(outcome)
     assert np.array_equal(core.triangles, result.triangles)
-    for facet in range(len(outcome.layout.planes)):
+    for facet in range(outcome.layout.outlines.patch_count):
         assert count_inside_circumcircles(result.points, core.triangles[core.facet_of_triangle == facet]) == 0
 
 
@@ -179,7 +179,7 @@ def test_beside_sharp_corners_pieces_end_on_common_spheres(seed: int) -> None:
 def find_sharp_points(outcome: MeshResult) -> set[int]:
     """Points at which two pieces of a facet meet under less than 60 degrees."""
     layout = outcome.layout
-    uses, start = layout.outlines.use_facet, layout.outlines.use_start
+    uses, start = layout.outlines.chains.use_facet, layout.outlines.chains.use_start
     spokes: dict[tuple[int, int], list[np.ndarray]] = {}
     for begin, end, chain in zip(layout.pieces.begin, layout.pieces.end, layout.pieces.chain, strict=True):
         way = outcome.points[end] - outcome.points[begin]
@@ -328,12 +328,12 @@ def assert_same_rim(outcome: MeshResult) -> None:
     assert crowded_before > 0 or crowded_after == 0
 
 
-def measure_rim(layout: Layout, points: np.ndarray, triangles: np.ndarray, facet: np.ndarray) -> tuple[float, int]:
+def measure_rim(layout: Attempt, points: np.ndarray, triangles: np.ndarray, facet: np.ndarray) -> tuple[float, int]:
     """Length of the open edges, and how many edges are used more than twice.
 
     Of the two sides of a sheet the first counts: its diagonals may be those of the second, and need not.
     """
-    edges, _, count = judge.count_edges(triangles[layout.outlines.back[facet] < facet])
+    edges, _, count = judge.count_edges(triangles[layout.outlines.chains.back[facet] < facet])
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     return float(length[count == 1].sum()), int((count > 2).sum())
 
