@@ -181,10 +181,8 @@ class Options:
         unknown = sorted(set(self.delimit) - set(DELIMITS))
         if unknown:
             raise UsageError(f"delimit {unknown[0]!r}: choose of {', '.join(DELIMITS)}")
-        check_length("weld", self.weld)
-        check_length("min_component", self.min_component)
-        check_length("texture_tolerance", self.texture_tolerance)
-        check_length("crease_angle", self.crease_angle)
+        for name in ("weld", "min_component", "texture_tolerance", "crease_angle"):
+            check_length(name, getattr(self, name))
 
     @property
     def min_part(self) -> float:

@@ -41,15 +41,10 @@ class _Halfedges:
         self.next = edges - edges % 3 + (edges + 1) % 3
         self.across = np.roll(neighbors, 1, axis=1).ravel()
         self.key = self.start * point_count + self.end
-        self.reverse_key = self.end * point_count + self.start
-        self.twin = self._find(self.reverse_key)
-
-    def _find(self, keys: Ints) -> Ints:
-        """Find the halfedge with each key, -1 for none."""
+        reverse_key = self.end * point_count + self.start
         order = np.argsort(self.key, kind="stable")
-        place = np.minimum(np.searchsorted(self.key[order], keys), self.count - 1)
-        found = order[place]
-        return np.where(self.key[found] == keys, found, -1)
+        found = order[np.minimum(np.searchsorted(self.key[order], reverse_key), self.count - 1)]
+        self.twin = np.where(self.key[found] == reverse_key, found, -1)
 
 
 def check_triangulation(result: TriangulationArrays) -> None:
@@ -77,6 +72,11 @@ def _require(broken: Flags | np.bool_, message: str) -> None:
         raise InternalError(f"{message}: {rows[0]}" + (f" and {len(rows) - 1} more" if len(rows) > 1 else ""))
 
 
+def _find_directions(result: TriangulationArrays, a: Ints, b: Ints, c: Ints) -> NDArray[np.int8]:
+    """Return the direction of each triangle a, b, c of points: above 0 where it is counter-clockwise."""
+    return _core.orient2d(*(result.points[corner] for corner in np.broadcast_arrays(a, b, c)))
+
+
 def _check_rows(result: TriangulationArrays) -> None:
     triangles = result.triangles
     _require(((triangles < 0) | (triangles >= len(result.points))).any(axis=1), "triangle out of range")
@@ -92,8 +92,7 @@ def _check_neighbors(edges: _Halfedges) -> None:
 
 
 def _check_directions(result: TriangulationArrays) -> None:
-    a, b, c = (np.ascontiguousarray(result.points[result.triangles[:, i]]) for i in range(3))
-    _require(_core.orient2d(a, b, c) <= 0, "triangle not counter-clockwise")
+    _require(_find_directions(result, *result.triangles.T) <= 0, "triangle not counter-clockwise")
 
 
 def _constrained(result: TriangulationArrays, edges: _Halfedges) -> Flags:
@@ -106,7 +105,7 @@ def _check_delaunay(result: TriangulationArrays, edges: _Halfedges, constrained:
     inner = np.flatnonzero(~constrained & (edges.twin > np.arange(edges.count)))
     a, b, p = edges.start[inner], edges.end[inner], edges.apex[inner]
     q = edges.apex[edges.twin[inner]]
-    side = _core.incircle(*(np.ascontiguousarray(result.points[i]) for i in (a, b, p, q)))
+    side = _core.incircle(*(result.points[corner] for corner in (a, b, p, q)))
     _require(side > 0, "inner edge not Delaunay")
     rank = np.empty(len(result.points), np.int64)
     rank[np.lexsort((result.points[:, 1], result.points[:, 0]))] = np.arange(len(result.points))
@@ -145,11 +144,9 @@ def _check_constraints(result: TriangulationArrays, edges: _Halfedges) -> None:
     if not result.carved:
         _require(missing, "piece of a segment is no edge")
     for row in np.flatnonzero(missing):
-        start, end = result.points[[a[row]]], result.points[[b[row]]]
         fan = np.flatnonzero(edges.start == a[row])
-        starts, ends = (np.ascontiguousarray(np.broadcast_to(p, (len(fan), 2))) for p in (start, end))
-        right = _core.orient2d(starts, ends, np.ascontiguousarray(result.points[edges.end[fan]]))
-        left = _core.orient2d(starts, ends, np.ascontiguousarray(result.points[edges.apex[fan]]))
+        right = _find_directions(result, a[row], b[row], edges.end[fan])
+        left = _find_directions(result, a[row], b[row], edges.apex[fan])
         _require((right < 0) & (left > 0), f"triangle across piece {row} of a segment, around its start")
 
 
@@ -194,8 +191,8 @@ def _check_hull(result: TriangulationArrays, edges: _Halfedges, border: Flags) -
     after[edges.start[rim]] = edges.end[rim]
     if len(np.unique(edges.start[rim])) != len(rim):
         raise InternalError("the hull passes a point twice")
-    turns = [edges.start[rim], edges.end[rim], after[edges.end[rim]]]
-    _require(_core.orient2d(*(np.ascontiguousarray(result.points[i]) for i in turns)) < 0, "hull not convex")
+    turns = _find_directions(result, edges.start[rim], edges.end[rim], after[edges.end[rim]])
+    _require(turns < 0, "hull not convex")
     if _count_joined(len(result.points), edges.start[rim], edges.end[rim]) != len(result.points) - len(rim) + 1:
         raise InternalError("the hull is not one loop")
 
@@ -205,9 +202,6 @@ def _check_empty(result: TriangulationArrays) -> None:
     if result.carved or len(result.points) < 3:
         return
     different = np.flatnonzero((result.points != result.points[0]).any(axis=1))
-    if len(different) == 0:
-        return
-    first, second = (
-        np.ascontiguousarray(np.broadcast_to(result.points[i], result.points.shape)) for i in (0, different[0])
-    )
-    _require(_core.orient2d(first, second, np.ascontiguousarray(result.points)) != 0, "no triangle at point")
+    if len(different):
+        every = np.arange(len(result.points))
+        _require(_find_directions(result, every[:1], different[:1], every) != 0, "no triangle at point")

@@ -9,10 +9,9 @@ import click
 
 from ..errors import UsageError
 from ..options import (
-    CREASE_DEGREES,
+    DEFAULTS,
     DELIMITS,
     NORMALS,
-    TEXTURE_TOLERANCE,
     Options,
     parse_delimit,
     parse_length,
@@ -35,7 +34,11 @@ def parse_with(parse: Callable[[str], Any]) -> Callable[[click.Context, click.Pa
     return parse_value
 
 
-_parse_length = parse_with(parse_length)
+def _length_option(name: str, metavar: str, words: str) -> Callable[[click.decorators.FC], click.decorators.FC]:
+    """Make an option whose value is a length, with the default of `Options`."""
+    default = getattr(DEFAULTS, name.removeprefix("--").replace("-", "_"))
+    return click.option(name, callback=parse_with(parse_length), default=f"{default:g}", metavar=metavar, help=words)
+
 
 FROM = click.option("--from", "from_", metavar="FORMAT", help="Format of the input, where its suffix does not tell.")
 TO = click.option("--to", metavar="FORMAT", help="Format of the result, where its suffix does not tell.")
@@ -50,22 +53,16 @@ _OPTIONS = [
         " model's bounding box, or 'auto', the precision of the file's own coordinates, so that no detail is lost. 0"
         " removes only what is exactly coplanar or collinear.",
     ),
-    click.option(
-        "--weld",
-        callback=_parse_length,
-        default="0",
-        metavar="LENGTH",
-        help="Merge points closer than this, in model units; 0 merges identical points only.",
+    _length_option(
+        "--weld", "LENGTH", "Merge points closer than this, in model units; 0 merges identical points only."
     ),
-    click.option(
+    _length_option(
         "--min-component",
-        callback=_parse_length,
-        default="0",
-        metavar="LENGTH",
-        help="Remove components whose bounding box has a smaller diagonal than this, in model units, such as antennas."
+        "LENGTH",
+        "Remove components whose bounding box has a smaller diagonal than this, in model units, such as antennas."
         " The tolerance does not limit this, and the deviation does not include it.",
     ),
-    click.option("--min-part", callback=_parse_length, hidden=True),
+    click.option("--min-part", callback=parse_with(parse_length), hidden=True),
     click.option(
         "--allow-close",
         is_flag=True,
@@ -79,12 +76,10 @@ _OPTIONS = [
         help="Vertex normals of the result. 'auto' keeps the input's normals unless they equal the face normals;"
         " 'smooth' computes new ones.",
     ),
-    click.option(
+    _length_option(
         "--crease-angle",
-        callback=_parse_length,
-        default=f"{CREASE_DEGREES:g}",
-        metavar="DEGREES",
-        help="Edges that turn by more than this are hard: facets end where stored normals do, and new normals are not"
+        "DEGREES",
+        "Edges that turn by more than this are hard: facets end where stored normals do, and new normals are not"
         " smooth there. Recompute normals that deviate more than this from a face.",
     ),
     click.option(
@@ -96,12 +91,10 @@ _OPTIONS = [
         " edges of stored normals, 'feature' means ids and labels. UV, colors and features that you leave out are"
         " removed; 'none' keeps only the geometry.",
     ),
-    click.option(
+    _length_option(
         "--texture-tolerance",
-        callback=_parse_length,
-        default=f"{TEXTURE_TOLERANCE:g}",
-        metavar="TEXELS",
-        help="How far a texture may move on its wall, in texels of the largest image of its material.",
+        "TEXELS",
+        "How far a texture may move on its wall, in texels of the largest image of its material.",
     ),
 ]
 

@@ -310,16 +310,8 @@ def write_counts(spots: Sequence[Spot], line: LineStyle, rows: Mapping[int, Meth
     """Write counts below the places of a line; to the right of those that it rises to."""
     before = math.inf
     for x, y, k in spots:
-        rises = y < before < math.inf
-        yield Text(
-            x + 5.0 * rises,
-            y + 18.0,
-            f"{rows[k].points:,}",
-            10.0,
-            line.color,
-            "start" if rises else "middle",
-            halo=True,
-        )
+        aside, anchor = (5.0, "start") if y < before < math.inf else (0.0, "middle")
+        yield Text(x + aside, y + 18.0, f"{rows[k].points:,}", 10.0, line.color, anchor, halo=True)
         before = y
 
 

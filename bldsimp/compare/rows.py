@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -21,12 +21,6 @@ from .measure import Judge, is_watertight
 from .peers import Peer
 from .placement import PlacedSurface, place_scene
 from .standard import build_standard_surface
-
-COLUMNS = (
-    "file", "tolerance", "method", "points", "triangles", "deviation", "bound", "watertight",
-    "border_made", "seconds", "note",
-)  # fmt: skip
-"""Header of the CSV; also the keys of a row in JSON."""
 
 PLAIN, BORDER = "fast-simplification", "fast-simplification border"
 
@@ -88,6 +82,10 @@ class MethodRow:
     note: str = ""
     statistics: dict[str, float] = field(default_factory=dict)
     surface: PlacedSurface | None = field(default=None, repr=False, compare=False)
+
+
+COLUMNS = tuple(each.name for each in fields(MethodRow) if each.name not in ("statistics", "surface"))
+"""Header of the CSV; also the keys of a row in JSON."""
 
 
 @dataclass
@@ -198,7 +196,7 @@ class Contest:
     @cached_property
     def original(self) -> MethodRow:
         """The row of the original, without its tolerance."""
-        return self._measure(MethodRow(self.file, "", "original"), self.judge.original, 0.0, 0.0)
+        return self._measure(MethodRow(self.file, "", "original"), self.judge.original, 0.0, deviation=0.0)
 
     def run(self, text: str, options: Options, tolerance: float) -> Iterator[MethodRow]:
         """Run all methods at one tolerance; yield a row for each, in their order."""
@@ -216,28 +214,17 @@ class Contest:
     def _run_ours(self, row: MethodRow, options: Options, tolerance: float) -> tuple[MethodRow, MethodRow]:
         """Run `standard` and `improved`; the first starts from the facets of the second."""
         results, report = simplify_meshes(self.scene, options, keep_layout=True)
+        statistics = asdict(sum((result.statistics for result in results), Statistics()))
         improved = replace(
-            row,
-            method="improved",
-            bound=report.deviation,
-            seconds=report.seconds,
-            statistics=asdict(sum((result.statistics for result in results), Statistics())),
+            row, method="improved", bound=report.deviation, seconds=report.seconds, statistics=statistics
         )
         start = time.perf_counter()
         made = build_standard_surface(self.scene, results)
-        standard = replace(
-            row,
-            method="standard",
-            # Finding the facets that it starts from took time as well.
-            seconds=report.seconds + time.perf_counter() - start,
-            note=made.note,
-            statistics=asdict(made.statistics),
-        )
+        # Finding the facets that it starts from took time as well.
+        seconds = report.seconds + time.perf_counter() - start
+        standard = replace(row, method="standard", seconds=seconds, note=made.note, statistics=asdict(made.statistics))
         simplified = place_scene(self.scene, [result.mesh for result in results])
-        return (
-            self._measure(standard, made.surface, self.judge.measure_deviation(made.surface), tolerance),
-            self._measure(improved, simplified, self.judge.measure_deviation(simplified), tolerance),
-        )
+        return self._measure(standard, made.surface, tolerance), self._measure(improved, simplified, tolerance)
 
     def _match_deviation(
         self, row: MethodRow, decimator: Decimator, improved: MethodRow, tolerance: float
@@ -265,10 +252,13 @@ class Contest:
         return self._measure_decimation(replace(row, note=f"same number of points as improved{more}"), found, tolerance)
 
     def _measure_decimation(self, row: MethodRow, found: Decimation, tolerance: float) -> MethodRow:
-        return self._measure(replace(row, seconds=found.seconds), found.surface, found.deviation, tolerance)
+        return self._measure(replace(row, seconds=found.seconds), found.surface, tolerance, found.deviation)
 
-    def _measure(self, row: MethodRow, surface: PlacedSurface, deviation: float, tolerance: float) -> MethodRow:
-        """Complete a row by the figures of its surface."""
+    def _measure(
+        self, row: MethodRow, surface: PlacedSurface, tolerance: float, deviation: float | None = None
+    ) -> MethodRow:
+        """Complete a row by the figures of its surface, whose deviation may be known."""
+        deviation = self.judge.measure_deviation(surface) if deviation is None else deviation
         return replace(
             row,
             points=len(surface.points),
