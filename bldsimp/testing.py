@@ -56,9 +56,8 @@ def check_triangulation(result: TriangulationArrays) -> None:
     _check_rows(result)
     edges = _Halfedges(result.triangles, result.neighbors, len(result.points))
     _check_neighbors(edges)
-    _check_directions(result)
-    constrained = _constrained(result, edges)
-    _check_delaunay(result, edges, constrained)
+    _require(_find_directions(result, *result.triangles.T) <= 0, "triangle not counter-clockwise")
+    _check_delaunay(result, edges)
     _check_constraints(result, edges)
     loops = _check_euler(edges)
     if not result.carved:
@@ -91,17 +90,14 @@ def _check_neighbors(edges: _Halfedges) -> None:
     _require(expected != edges.across, "neighbor across a halfedge is wrong")
 
 
-def _check_directions(result: TriangulationArrays) -> None:
-    _require(_find_directions(result, *result.triangles.T) <= 0, "triangle not counter-clockwise")
+def _key_pieces(result: TriangulationArrays) -> tuple[Ints, Ints]:
+    """Return the key that a halfedge along each piece would have, and the key of its reverse."""
+    a, b = result.segments.astype(np.int64).T
+    return a * len(result.points) + b, b * len(result.points) + a
 
 
-def _constrained(result: TriangulationArrays, edges: _Halfedges) -> Flags:
-    count = len(result.points)
-    a, b = result.segments[:, 0].astype(np.int64), result.segments[:, 1].astype(np.int64)
-    return np.isin(edges.key, np.concatenate([a * count + b, b * count + a]))
-
-
-def _check_delaunay(result: TriangulationArrays, edges: _Halfedges, constrained: Flags) -> None:
+def _check_delaunay(result: TriangulationArrays, edges: _Halfedges) -> None:
+    constrained = np.isin(edges.key, np.concatenate(_key_pieces(result)))
     inner = np.flatnonzero(~constrained & (edges.twin > np.arange(edges.count)))
     a, b, p = edges.start[inner], edges.end[inner], edges.apex[inner]
     q = edges.apex[edges.twin[inner]]
@@ -138,15 +134,15 @@ def _check_pieces(result: TriangulationArrays) -> None:
 
 def _check_constraints(result: TriangulationArrays, edges: _Halfedges) -> None:
     """Check that every piece is an edge; where triangles were carved away, that none lies across it."""
-    count = len(result.points)
-    a, b = result.segments[:, 0].astype(np.int64), result.segments[:, 1].astype(np.int64)
-    missing = ~np.isin(a * count + b, edges.key) & ~np.isin(b * count + a, edges.key)
+    key, reverse_key = _key_pieces(result)
+    missing = ~np.isin(key, edges.key) & ~np.isin(reverse_key, edges.key)
     if not result.carved:
         _require(missing, "piece of a segment is no edge")
     for row in np.flatnonzero(missing):
-        fan = np.flatnonzero(edges.start == a[row])
-        right = _find_directions(result, a[row], b[row], edges.end[fan])
-        left = _find_directions(result, a[row], b[row], edges.apex[fan])
+        start, end = result.segments[row]
+        fan = np.flatnonzero(edges.start == start)
+        right = _find_directions(result, start, end, edges.end[fan])
+        left = _find_directions(result, start, end, edges.apex[fan])
         _require((right < 0) & (left > 0), f"triangle across piece {row} of a segment, around its start")
 
 

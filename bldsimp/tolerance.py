@@ -65,16 +65,14 @@ def measure_rounding_spacing(mesh: Mesh) -> float:
     Decimals that equal single-precision numbers and have more digits than those were once stored in
     single precision. Its spacing is then the precision of the mesh; `spacing` returns less.
     """
-    used = mesh.used_points
-    if mesh.single or not len(used):
-        return measure_spacing(mesh)
-    largest = float(np.abs(mesh.box).max())
-    if largest > float(np.finfo(np.float32).max):
-        return measure_spacing(mesh)
+    used, stored, largest = mesh.used_points, measure_spacing(mesh), float(np.abs(mesh.box).max())
+    # The box of a mesh without points is infinite.
+    if mesh.single or largest > float(np.finfo(np.float32).max):
+        return stored
     digits = np.maximum(mesh.rounding, READ_BACK * np.abs(used))
     single = float(np.spacing(np.float32(largest)))
     were_single = np.all(np.abs(used.astype(np.float32).astype(np.float64) - used) <= digits * (1.0 + 1e-6))
-    return single if were_single and 20.0 * mesh.rounding <= single else measure_spacing(mesh)
+    return single if were_single and 20.0 * mesh.rounding <= single else stored
 
 
 def measure_scale(mesh: Mesh) -> float:

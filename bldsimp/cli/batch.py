@@ -158,7 +158,7 @@ def _run(
         _skip_done(plan, log, layout.root, options, settings, totals)
         raise_on_signals()
         interrupt = GracefulInterrupt(pool.stop)
-        with BatchProgress(plan, quiet=settings.quiet).show() as show:
+        with BatchProgress(plan, totals, quiet=settings.quiet).show() as show:
             run_batch(plan, options, pool, log, totals, show)
     finally:
         log.close()

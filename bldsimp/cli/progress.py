@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
 
     from ..batch.inputs import Plan
+    from ..batch.totals import Totals
 
 T = TypeVar("T")
 
@@ -63,15 +64,17 @@ class BatchProgress:
     Parameters
     ----------
     plan : Plan
+    totals : Totals
+        Has counted each row when it is shown.
     quiet : bool
         Show nothing.
     """
 
-    def __init__(self, plan: Plan, *, quiet: bool) -> None:
-        self._quiet = quiet
+    def __init__(self, plan: Plan, totals: Totals, *, quiet: bool) -> None:
+        self._totals, self._quiet = totals, quiet
         self._files = len(plan.tasks) + len(plan.refused)
         self._length = sum(task.size + FILE_BYTES for task in plan.tasks)
-        self._ended = self._failed = self._triangles = self._position = 0
+        self._position = 0
         self._bar: ProgressBar[Any] | None = None
         self._start = self._shown = time.monotonic()
 
@@ -87,9 +90,6 @@ class BatchProgress:
             yield self._show_row
 
     def _show_row(self, row: FileRow) -> None:
-        self._ended += 1
-        self._failed += row.failed
-        self._triangles += row.triangles_before or 0
         step = row.input_bytes + FILE_BYTES
         self._position += step
         if self._quiet:
@@ -106,5 +106,6 @@ class BatchProgress:
             click.echo(f"batch      {self._describe()}, {timedelta(seconds=max(0, round(left)))} left", err=True)
 
     def _describe(self) -> str:
-        failed = f" ({self._failed:,} failed)" if self._failed else ""
-        return f"{self._ended:,} of {self._files:,} files{failed}, {self._triangles:,} triangles"
+        totals = self._totals
+        failed = f" ({totals.failed:,} failed)" if totals.failed else ""
+        return f"{totals.done + totals.failed:,} of {self._files:,} files{failed}, {totals.triangles[0]:,} triangles"

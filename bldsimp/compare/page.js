@@ -210,11 +210,8 @@
       this.stage.querySelector("p").textContent = text;
     }
 
-    describe([title, fact, more]) {
-      const [head, first, second] = this.figure.querySelectorAll("figcaption > *");
-      head.textContent = title;
-      first.textContent = fact;
-      second.textContent = more;
+    describe(lines) {
+      this.figure.querySelectorAll("figcaption > *").forEach((each, i) => { each.textContent = lines[i]; });
     }
   }
 

@@ -189,13 +189,10 @@ class SurfacePairs:
             shown, origin = choose_display(surface), self.judge.origin
             tree = _core.FaceTree(surface.points - origin, surface.faces)
             there, back = tree.distances(self._samples), self.judge.tree.distances(shown.place_samples() - origin)
+            number = self.data.add_surface(shown, origin)
             # Rounding alone is no distance, as in the figures.
-            there, back = (np.maximum(distances - self.judge.noise, 0.0) for distances in (there, back))
-            pair = {
-                "surface": self.data.add_surface(shown, origin),
-                "distances": [self.data.add_distances(there), self.data.add_distances(back)],
-            }
-            self._done[key] = pair, note_thinning(shown, surface)
+            distances = [self.data.add_distances(np.maximum(way - self.judge.noise, 0.0)) for way in (there, back)]
+            self._done[key] = {"surface": number, "distances": distances}, note_thinning(shown, surface)
         return self._done[key]
 
 

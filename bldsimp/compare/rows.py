@@ -16,7 +16,7 @@ from ..options import Options, parse_tolerance
 from ..scene import simplify_meshes
 from ..tolerance import measure_diagonal, resolve_tolerance
 from ..triangulation import Statistics
-from .decimate import Decimation, Decimator, FastSimplification, RefusalError
+from .decimate import Decimator, FastSimplification, RefusalError
 from .measure import Judge, is_watertight
 from .peers import Peer
 from .placement import PlacedSurface, place_scene
@@ -239,7 +239,7 @@ class Contest:
             return replace(row, note=f"refuses the input: {reason}")
         if found is None:
             return replace(row, note=f"no reduction within the {limit}")
-        return self._measure_decimation(replace(row, note=limit), found, tolerance)
+        return self._measure(replace(row, note=limit, seconds=found.seconds), found.surface, tolerance, found.deviation)
 
     def _match_points(self, row: MethodRow, improved: MethodRow, tolerance: float) -> MethodRow:
         """Find the deviation at the number of points of `improved`."""
@@ -249,10 +249,8 @@ class Contest:
         if least > points + math.ceil(EXTRA_POINTS * points):
             return replace(row, note=f"does not reach the {points:,} points of improved: stops at {least:,}")
         more = "" if least <= points else f" plus {least - points}, which it cannot remove"
-        return self._measure_decimation(replace(row, note=f"same number of points as improved{more}"), found, tolerance)
-
-    def _measure_decimation(self, row: MethodRow, found: Decimation, tolerance: float) -> MethodRow:
-        return self._measure(replace(row, seconds=found.seconds), found.surface, tolerance, found.deviation)
+        row = replace(row, note=f"same number of points as improved{more}", seconds=found.seconds)
+        return self._measure(row, found.surface, tolerance, found.deviation)
 
     def _measure(
         self, row: MethodRow, surface: PlacedSurface, tolerance: float, deviation: float | None = None

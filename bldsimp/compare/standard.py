@@ -99,12 +99,9 @@ def triangulate_standard(result: MeshResult) -> StandardMesh:
         result.points, layout.surface.facets.planes, layout.outlines.chains, layout.pieces,
         layout.triangles, layout.patch_of_triangle, layout.fate.keep,
     )  # fmt: skip
-    return StandardMesh(
-        np.concatenate([result.points, conformed.made]),
-        conformed.triangles,
-        Counter(Conformity(int(how)) for how in conformed.facets),
-        Statistics(*conformed.statistics),
-    )
+    points = np.concatenate([result.points, conformed.made])
+    facets = Counter(Conformity(int(how)) for how in conformed.facets)
+    return StandardMesh(points, conformed.triangles, facets, Statistics(*conformed.statistics))
 
 
 def build_standard_surface(scene: Scene, results: list[MeshResult]) -> StandardSurface:

@@ -139,25 +139,12 @@ class KeptAttributes:
             Faces group by group, and where each group starts.
         """
         part = self.mesh.part_of_face[welded.source]
+        values, columns = np.nan_to_num(self._values), len(self._limits)
         found = _core.find_charts(
-            welded.points,
-            welded.faces,
-            halfedges,
-            start,
-            order,
-            welded.rows,
-            part,
-            np.nan_to_num(self._values),
-            self._steps,
-            self._limits,
+            welded.points, welded.faces, halfedges, start, order, welded.rows, part, values, self._steps, self._limits
         )
-        columns = len(self._limits)
-        spans = found.spans.reshape(-1, columns)
-        return AttributeCharts(
-            found.chart_of_face,
-            found.maps.reshape(-1, columns, 4),
-            np.where(self._is_uv, spans, 0.0).max(axis=1, initial=0.0),
-        )
+        texels = np.where(self._is_uv, found.spans.reshape(-1, columns), 0.0).max(axis=1, initial=0.0)
+        return AttributeCharts(found.chart_of_face, found.maps.reshape(-1, columns, 4), texels)
 
     def bound_weld_shift(self, welded: WeldedMesh, charts: AttributeCharts) -> float:
         """Bound how far welding moved a texture: corners that it moves take their UV along; texels."""

@@ -64,15 +64,7 @@ def resolve_rows(
     label_of_facet[facet_of_face] = label
     part_of_facet[facet_of_face] = mesh.part_of_face[welded.source]
     found, foreign = _core.assign_rows(
-        triangles,
-        facet,
-        welded.faces,
-        welded.rows,
-        facet_of_face,
-        label_of_facet,
-        part_of_facet,
-        unchanged,
-        kept,
+        triangles, facet, welded.faces, welded.rows, facet_of_face, label_of_facet, part_of_facet, unchanged, kept
     )
     is_foreign = np.zeros(3 * len(found), bool)
     is_foreign[foreign] = True

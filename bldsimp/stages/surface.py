@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,13 +84,7 @@ class Surface:
             return self
         layer = np.zeros(len(self.faces), np.int32) if layer_of_face is None else layer_of_face[self.source]
         first = np.sort(np.unique(np.column_stack([self.faces, layer]), axis=0, return_index=True)[1])
-        return dataclasses.replace(
-            self,
-            faces=self.faces[first],
-            label=self.label[first],
-            source=self.source[first],
-            facet=None if self.facet is None else self.facet[first],
-        )
+        return self.with_faces(self.faces[first], cast_indices(first))
 
 
 def turn_faces(faces: Faces) -> tuple[Faces, NDArray[np.int64]]:

@@ -187,15 +187,10 @@ def triangulate_patches(attempt: Attempt) -> list[Failure]:
     attempt.triangles = np.concatenate([attempt.triangles[old], made.triangles])
     attempt.patch_of_triangle = np.concatenate([attempt.patch_of_triangle[old], made.facet_of_triangle])
     attempt.dirty[:] = False
-    failed = np.flatnonzero(outcomes >= Cause.CROSSING)
+    failed = outcomes >= Cause.CROSSING
     return [
-        Failure(
-            wanted[i],
-            Cause(int(outcomes[i])),
-            _rows_of(wanted[i], made.put_back)[:, 0],
-            _rows_of(wanted[i], made.trouble),
-        )
-        for i in failed
+        Failure(patch, Cause(int(outcome)), _rows_of(patch, made.put_back)[:, 0], _rows_of(patch, made.trouble))
+        for patch, outcome in zip(wanted[failed], outcomes[failed], strict=True)
     ]
 
 
