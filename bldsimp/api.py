@@ -206,13 +206,7 @@ def _make_scene(points: ArrayLike, faces: ArrayLike) -> Scene:
         outside = np.flatnonzero(((corners < 0) | (corners >= len(own))).any(axis=1))
         raise InputError(f"faces {outside[:MOST_NAMED].tolist()} use points that are not there: there are {len(own)}")
     check_finite(own, corners)
-    mesh = Mesh(
-        name="mesh",
-        points=own,
-        faces=cast_indices(corners),
-        part_of_face=np.zeros(len(corners), np.int32),
-        parts=[Part("mesh")],
-    )
+    mesh = Mesh("mesh", own, cast_indices(corners), np.zeros(len(corners), np.int32), [Part("mesh")])
     if len(corners):
         mesh.single, mesh.rounding = find_number_format(mesh.used_points)
     return Scene(path=None, format="arrays", meshes=[mesh], size=own.nbytes + corners.nbytes)

@@ -46,17 +46,11 @@ class Defects:
 
 
 @dataclass
-class AttributeInfo:
-    """An attribute of a mesh: its name, its kind, and whether ``vertices`` or ``faces`` have it."""
-
-    name: str
-    kind: str
-    on: str
-
-
-@dataclass
 class MeshInspection:
-    """One mesh of a scene; lengths in its own frame."""
+    """One mesh of a scene; lengths in its own frame.
+
+    Each attribute has a `name`, a `kind`, and says whether it is `on` ``vertices`` or ``faces``.
+    """
 
     name: str
     parts: int
@@ -72,7 +66,7 @@ class MeshInspection:
     watertight: bool
     numbers: str
     spacing: float
-    attributes: list[AttributeInfo]
+    attributes: list[dict[str, str]]
     unchanged_parts: list[UnchangedPart]
 
 
@@ -155,16 +149,19 @@ def count_defects(points: Points, faces: Faces) -> Defects:
 
 
 def _inspect_mesh(mesh: Mesh, tolerance: float) -> MeshInspection:
+    """Count what a mesh contains; the tolerance for its facets is in world space."""
+    local = tolerance / (measure_scale(mesh) or 1.0)
     return MeshInspection(
         name=mesh.name,
         parts=len(mesh.parts),
         instances=len(mesh.transforms),
         vertices=len(np.unique(mesh.faces)),
-        facets=_count_facets(mesh, tolerance),
+        facets=len(simplify_mesh(mesh, local).planes),
         numbers=describe_numbers(mesh),
         spacing=measure_spacing(mesh),
         attributes=[
-            AttributeInfo(one.name, one.kind, "faces" if one.on_faces else "vertices") for one in mesh.attributes
+            {"name": one.name, "kind": one.kind, "on": "faces" if one.on_faces else "vertices"}
+            for one in mesh.attributes
         ],
         unchanged_parts=[explain_unchanged(part) for part in mesh.parts if part.fixed],
         **vars(count_defects(mesh.points, mesh.faces)),
@@ -178,9 +175,3 @@ def describe_numbers(mesh: Mesh) -> str:
     if mesh.rounding:
         return f"steps of {2.0 * mesh.rounding:.3g}"
     return "double"
-
-
-def _count_facets(mesh: Mesh, tolerance: float) -> int:
-    """Count facets at a tolerance in world space."""
-    local = tolerance / (measure_scale(mesh) or 1.0)
-    return len(simplify_mesh(mesh, local).planes)

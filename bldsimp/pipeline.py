@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +14,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .errors import InternalError
-from .model import Flags, Indices, Mesh, Points, measure_box
+from .model import Flags, Indices, Mesh, measure_box
 from .options import AUTO_DIAGONAL, DEFAULTS, STAGED_DIAGONAL, Options
 from .result import MeshResult, StageResults, compose_result, resolve_corners
 from .stages.attributes import KeptAttributes, label_surface
@@ -92,12 +90,14 @@ def simplify_mesh(
     With a wide tolerance coplanar faces are merged first. Edges of the rest collapse within the tolerance, and
     coplanar faces are merged again, so that triangles are well shaped.
     """
-    with _explain_broken_invariants(mesh, tolerance, options):
+    try:
         attributes = KeptAttributes(mesh, options)
         welded = weld_mesh(mesh, options) if welded is None else welded
-        exact = measure_exact_tolerance(welded.points)
+        box = measure_box(welded.points)
+        # The tolerance that loses no visible detail.
+        exact = AUTO_DIAGONAL * measure_frame(box)[1]
         wide = tolerance > STAGED_DIAGONAL / AUTO_DIAGONAL * exact
-        limits = derive_limits(measure_box(welded.points), exact if wide else tolerance, welded.moved)
+        limits = derive_limits(box, exact if wide else tolerance, welded.moved)
         pinned = mesh.passed_on[mesh.part_of_face[welded.source]]
         faces, halfedges, turned = orient(welded.points, welded.faces, welded.rows, pinned, limits.width)
         welded = dataclasses.replace(welded, faces=faces)
@@ -115,13 +115,6 @@ def simplify_mesh(
             corners = resolve_corners(mesh, given)
             given.merged.append(merge_after_collapses(given.collapsed.surface, corners, exact))
         return compose_result(mesh, attributes, given, keep_layout=keep_layout)
-
-
-@contextmanager
-def _explain_broken_invariants(mesh: Mesh, tolerance: float, options: Options) -> Iterator[None]:
-    """Raise `InternalError` where a kernel finds an invariant broken, and write the input if that is asked for."""
-    try:
-        yield
     except _core.KernelError as error:
         advice = _dump_input(mesh, tolerance, options)
         raise InternalError(f"{error}: a bug in bldsimp, {advice}") from error
@@ -144,11 +137,6 @@ def _dump_input(mesh: Mesh, tolerance: float, options: Options) -> str:
 def weld_mesh(mesh: Mesh, options: Options, chosen: Indices | None = None) -> WeldedMesh:
     """Weld a mesh, or some of its faces, as `simplify_mesh` does; `options.weld` in the mesh's own frame."""
     return weld(mesh, options.weld, KeptAttributes(mesh, options).find_layers(), chosen)
-
-
-def measure_exact_tolerance(points: Points) -> float:
-    """Return the tolerance that loses no visible detail, `AUTO_DIAGONAL` of the diagonal; model units."""
-    return AUTO_DIAGONAL * measure_frame(measure_box(points))[1]
 
 
 def _flag_points(welded: WeldedMesh, decided: DecidedPoints | None) -> Flags:

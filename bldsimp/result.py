@@ -46,17 +46,11 @@ class MeshResult:
         Certified bound, both ways.
     texels : float
         How far a texture has moved on its wall at most, along u or v.
-    degenerate, duplicate : int
-        Faces dropped since they repeat a point, or copy another face.
-    turned, healed : int
-        Faces whose winding was turned; T-junctions that closed.
-    touching : int
-        Points that stay only since sheets meet there inside of facets.
+    changes : dict of str to int
+        How much of each kind changed, by the names of `Report`.
     reasons : dict of str to int
         Why facets were not simplified.
     dropped : list of Dropped
-    closed : int
-        Boundary loops that were closed.
     statistics : Statistics
         Of all triangulations.
     layout : Attempt or None
@@ -75,14 +69,9 @@ class MeshResult:
     after: Counts
     deviation: float = 0.0
     texels: float = 0.0
-    degenerate: int = 0
-    duplicate: int = 0
-    turned: int = 0
-    healed: int = 0
-    touching: int = 0
+    changes: dict[str, int] = field(default_factory=dict)
     reasons: dict[str, int] = field(default_factory=dict)
     dropped: list[Dropped] = field(default_factory=list)
-    closed: int = 0
     statistics: Statistics = field(default_factory=Statistics)
     layout: Attempt | None = None
 
@@ -161,14 +150,16 @@ def compose_result(
         ),
         deviation=given.deviation,
         texels=_bound_texels(given, attributes),
-        degenerate=welded.degenerate,
-        duplicate=welded.duplicate,
-        turned=given.turned + sum(one.turned for one in given.merged),
-        healed=sum(one.assembly.healed for one in given.merged),
-        touching=assembly.touching,
+        changes={
+            "removed_degenerate_faces": welded.degenerate,
+            "removed_duplicate_faces": welded.duplicate,
+            "reversed_faces": given.turned + sum(one.turned for one in given.merged),
+            "healed_t_junctions": sum(one.assembly.healed for one in given.merged),
+            "contact_points": assembly.touching,
+            "closed_boundary_loops": 0 if given.details is None else given.details.closed,
+        },
         reasons={cause.name.lower(): count for cause, count in reasons.items()},
         dropped=[] if given.details is None else given.details.dropped,
-        closed=0 if given.details is None else given.details.closed,
         statistics=sum((one.assembly.statistics for one in given.merged), Statistics()),
         layout=assembly.layout if keep_layout else None,
     )
@@ -228,11 +219,7 @@ def count_surface(points: int, triangles: int, edges: tuple[int, int]) -> Counts
     edges : (int, int)
         Edges of one face, and of more than two.
     """
-    open_edges, nonmanifold_edges = edges
+    closed = triangles > 0 and edges == (0, 0)
     return Counts(
-        points=points,
-        triangles=triangles,
-        watertight=triangles > 0 and open_edges == nonmanifold_edges == 0,
-        open_edges=open_edges,
-        nonmanifold_edges=nonmanifold_edges,
+        points=points, triangles=triangles, watertight=closed, open_edges=edges[0], nonmanifold_edges=edges[1]
     )

@@ -147,12 +147,8 @@ def _add_to_report(report: Report, mesh: Mesh, result: MeshResult, options: Opti
         name = level.name.lower()
         report.facet_levels[name] = report.facet_levels.get(name, 0) + int(levels[level])
     report.fallback_reasons = dict(Counter(report.fallback_reasons) + Counter(result.reasons))
-    report.healed_t_junctions += result.healed
-    report.contact_points += result.touching
-    report.closed_boundary_loops += result.closed
-    report.reversed_faces += result.turned
-    report.removed_degenerate_faces += result.degenerate
-    report.removed_duplicate_faces += result.duplicate
+    for name, count in result.changes.items():
+        setattr(report, name, getattr(report, name) + count)
     report.removed_components += [_describe(one, mesh) for one in result.dropped]
 
 

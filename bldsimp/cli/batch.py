@@ -146,7 +146,7 @@ def _run(
     from ..batch.run import run_batch
     from ..batch.storage import join_path
     from ..batch.totals import Totals
-    from .progress import BatchProgress
+    from .progress import show_batch_progress
     from .summary import describe_totals
 
     plan = plan_tasks(find_inputs(_expand_list(sources), layout.root), layout)
@@ -158,7 +158,7 @@ def _run(
         _skip_done(plan, log, layout.root, options, settings, totals)
         raise_on_signals()
         interrupt = GracefulInterrupt(pool.stop)
-        with BatchProgress(plan, totals, quiet=settings.quiet).show() as show:
+        with show_batch_progress(plan, totals, quiet=settings.quiet) as show:
             run_batch(plan, options, pool, log, totals, show)
     finally:
         log.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,6 +36,11 @@ def _parse_tolerances(text: str) -> list[str]:
     return tolerances
 
 
+def _output(name: str, metavar: str, words: str) -> Callable[[click.decorators.FC], click.decorators.FC]:
+    """Make the option of an output that `_encode` knows."""
+    return click.option(name, type=FILE, metavar=metavar, help=words)
+
+
 @click.command(epilog=_EXAMPLES)
 @click.argument("sources", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option(
@@ -44,21 +50,10 @@ def _parse_tolerances(text: str) -> list[str]:
     metavar="LIST",
     help="Tolerances separated by commas, each as in `simplify`.",
 )
-@click.option(
-    "--csv", type=FILE, metavar="FILE.csv|-", help="Also write the rows as CSV; '-' prints them, and no table."
-)
-@click.option(
-    "--json",
-    type=FILE,
-    metavar="FILE.json|-",
-    help="Also write the rows as JSON; '-' prints them, and no table.",
-)
-@click.option(
-    "--plot", type=FILE, metavar="FILE.svg|png", help="Also plot points against tolerance; PNG needs bldsimp[plots]."
-)
-@click.option(
-    "--html", type=FILE, metavar="FILE.html", help="Also write one page that shows the surfaces in 3D, offline."
-)
+@_output("--csv", "FILE.csv|-", "Also write the rows as CSV; '-' prints them, and no table.")
+@_output("--json", "FILE.json|-", "Also write the rows as JSON; '-' prints them, and no table.")
+@_output("--plot", "FILE.svg|png", "Also plot points against tolerance; PNG needs bldsimp[plots].")
+@_output("--html", "FILE.html", "Also write one page that shows the surfaces in 3D, offline.")
 @click.option(
     "--peers", is_flag=True, help="Also run manifold3d, meshoptimizer, open3d, pymeshlab and pyfqmr, if installed."
 )

@@ -58,8 +58,9 @@ def run_with_progress(work: Callable[[_core.Progress], T], points: int, *, quiet
         return future.result()
 
 
-class BatchProgress:
-    """Shows files, triangles and the time left as rows arrive.
+@contextmanager
+def show_batch_progress(plan: Plan, totals: Totals, *, quiet: bool) -> Iterator[Callable[[FileRow], None]]:
+    """Yield a function that shows files, triangles and the time left as rows arrive.
 
     Parameters
     ----------
@@ -69,43 +70,37 @@ class BatchProgress:
     quiet : bool
         Show nothing.
     """
+    if quiet:
+        yield lambda row: None
+        return
+    files, length = len(plan.tasks) + len(plan.refused), sum(task.size + FILE_BYTES for task in plan.tasks)
+    bar: ProgressBar[Any] | None = None
+    start = shown = time.monotonic()
+    position = 0
 
-    def __init__(self, plan: Plan, totals: Totals, *, quiet: bool) -> None:
-        self._totals, self._quiet = totals, quiet
-        self._files = len(plan.tasks) + len(plan.refused)
-        self._length = sum(task.size + FILE_BYTES for task in plan.tasks)
-        self._position = 0
-        self._bar: ProgressBar[Any] | None = None
-        self._start = self._shown = time.monotonic()
-
-    @contextmanager
-    def show(self) -> Iterator[Callable[[FileRow], None]]:
-        """Yield the function that shows a row."""
-        with ExitStack() as stack:
-            if not self._quiet and sys.stderr.isatty():
-                bar: ProgressBar[Any] = click.progressbar(
-                    length=self._length, file=sys.stderr, show_percent=True, item_show_func=lambda _: self._describe()
-                )
-                self._bar = stack.enter_context(bar)
-            yield self._show_row
-
-    def _show_row(self, row: FileRow) -> None:
-        step = row.input_bytes + FILE_BYTES
-        self._position += step
-        if self._quiet:
-            return
-        if row.failed:
-            start = "\r\x1b[K" if self._bar is not None else ""
-            click.echo(start + sanitize_line(f"failed     {escape_name(row.input)}: {row.error}"), err=True)
-        now = time.monotonic()
-        if self._bar is not None:
-            self._bar.update(step)
-        elif now - self._shown > LINE_SECONDS:
-            self._shown = now
-            left = (now - self._start) * (self._length - self._position) / self._position
-            click.echo(f"batch      {self._describe()}, {timedelta(seconds=max(0, round(left)))} left", err=True)
-
-    def _describe(self) -> str:
-        totals = self._totals
+    def describe() -> str:
         failed = f" ({totals.failed:,} failed)" if totals.failed else ""
-        return f"{totals.done + totals.failed:,} of {self._files:,} files{failed}, {totals.triangles[0]:,} triangles"
+        return f"{totals.done + totals.failed:,} of {files:,} files{failed}, {totals.triangles[0]:,} triangles"
+
+    def show_row(row: FileRow) -> None:
+        nonlocal position, shown
+        step = row.input_bytes + FILE_BYTES
+        position += step
+        if row.failed:
+            begin = "" if bar is None else "\r\x1b[K"
+            click.echo(begin + sanitize_line(f"failed     {escape_name(row.input)}: {row.error}"), err=True)
+        now = time.monotonic()
+        if bar is not None:
+            bar.update(step)
+        elif now - shown > LINE_SECONDS:
+            shown = now
+            left = (now - start) * (length - position) / position
+            click.echo(f"batch      {describe()}, {timedelta(seconds=max(0, round(left)))} left", err=True)
+
+    with ExitStack() as stack:
+        if sys.stderr.isatty():
+            bar = click.progressbar(
+                length=length, file=sys.stderr, show_percent=True, item_show_func=lambda _: describe()
+            )
+            stack.enter_context(bar)
+        yield show_row

@@ -47,6 +47,8 @@ class Judge:
         Of the original, about the origin.
     noise : float
         Rounding of double precision about the origin, model units: distances up to this count as none.
+    has_border : bool
+        Whether the original has an open edge.
     """
 
     def __init__(self, original: PlacedSurface) -> None:
@@ -60,13 +62,9 @@ class Judge:
         self.tree = _core.FaceTree(local, original.faces)
         self._queries = collect_queries(local, original.faces)
         self._rim = find_open_edges(original)
+        self.has_border = len(self._rim) > 0
         # Edges as faces without area.
         self._rim_tree = _core.FaceTree(local, np.ascontiguousarray(self._rim[:, [0, 1, 1]]))
-
-    @property
-    def has_border(self) -> bool:
-        """Whether the original has an open edge."""
-        return len(self._rim) > 0
 
     def measure_deviation(self, surface: PlacedSurface) -> float:
         """Return the greatest distance between the surface and the original, both ways; model units."""

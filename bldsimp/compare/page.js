@@ -182,8 +182,8 @@
     }
 
     show(surface, distances, top, file) {
-      this.clear();
-      if (!surface) return;
+      this.model.clear();
+      if (this.dispose) this.dispose();
       const geometry = buildGeometry(surface);
       const texture = buildTexture(surface, distances, top);
       const material = new THREE.ShaderMaterial({
@@ -198,16 +198,6 @@
       this.model.add(mesh);
       this.model.scale.setScalar(SIZE / (file.diagonal || 1));
       this.dispose = () => [geometry, texture, material].forEach((each) => each.dispose());
-    }
-
-    clear() {
-      this.model.clear();
-      if (this.dispose) this.dispose();
-      this.dispose = null;
-    }
-
-    say(text) {
-      this.stage.querySelector("p").textContent = text;
     }
 
     describe(lines) {
@@ -323,9 +313,7 @@
 
     const wanted = [file.original, row.surface];
     const now = new Map();
-    for (const each of wanted) {
-      if (each !== null) now.set(each, loaded.get(each) || (await loadSurface(surfaces[each])));
-    }
+    for (const each of wanted) now.set(each, loaded.get(each) || (await loadSurface(surfaces[each])));
     const distances = [];
     for (const side of row.distances) distances.push(await unpack(side.blob, Uint16Array));
     if (own !== turn) return; // Another row was chosen meanwhile.
@@ -337,8 +325,8 @@
     views.forEach((view, i) => {
       view.show(now.get(wanted[i]), distances[i], row.distances[i].top, file);
       view.describe(i ? row.caption : file.caption);
-      view.say("");
     });
+    sayAll("");
     orient();
     if (other) reset();
     rescale();

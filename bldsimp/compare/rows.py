@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, fields, replace
-from functools import cached_property
 from pathlib import Path
 
 from ..errors import BldsimpError, InputError, InternalError
@@ -192,16 +191,12 @@ class Contest:
             # There is nothing to preserve: the same runs, which are most of the time on a large mesh.
             self._decimators[BORDER] = self._decimators[PLAIN]
         self._peers = {peer.name: Decimator(self.judge, peer.decimate, most=peer.most) for peer in peers}
-
-    @cached_property
-    def original(self) -> MethodRow:
-        """The row of the original, without its tolerance."""
-        return self._measure(MethodRow(self.file, "", "original"), self.judge.original, 0.0, deviation=0.0)
+        self._original = self._measure(MethodRow(file, "", "original"), original, 0.0, deviation=0.0)
 
     def run(self, text: str, options: Options, tolerance: float) -> Iterator[MethodRow]:
         """Run all methods at one tolerance; yield a row for each, in their order."""
         empty = MethodRow(self.file, text, "")
-        yield replace(self.original, tolerance=text)
+        yield replace(self._original, tolerance=text)
         standard, improved = self._run_ours(empty, options, tolerance)
         yield standard
         yield improved
