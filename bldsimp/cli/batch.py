@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -17,11 +17,8 @@ from .paths import check_format, check_standard_output, normalize_format, read_s
 from .signals import GracefulInterrupt, raise_on_signals
 
 if TYPE_CHECKING:
-    from ..batch.dask import DaskPool
-    from ..batch.inputs import OutputLayout, Plan
-    from ..batch.manifest import Manifest
-    from ..batch.pool import Pool
-    from ..batch.totals import Totals
+    from ..batch.inputs import OutputLayout
+    from ..batch.run import RunSettings
 
 _EXAMPLES = """
 \b
@@ -37,20 +34,6 @@ MANIFEST = "manifest.jsonl"
 
 MOST_SECONDS = 1e6
 """Upper limit of the operating system's wait call, about 12 days."""
-
-
-@dataclass(frozen=True)
-class RunSettings:
-    """How a batch runs, apart from the options for each file."""
-
-    overwrite: bool
-    resume: bool
-    verify: bool
-    jobs: int | None
-    memory: int | None
-    timeout: float
-    scheduler: str | None
-    quiet: bool
 
 
 def _parse_timeout(text: str) -> float:
@@ -108,6 +91,7 @@ def batch(
     name: str,
     manifest: str | None,
     summary: str | None,
+    quiet: bool,
     **values: Any,
 ) -> None:
     """Simplify many files. One bad file does not stop the others.
@@ -118,7 +102,6 @@ def batch(
     The manifest gets one line of JSON for each file, and --resume continues from it. Ctrl-C finishes the files that
     are running; press it twice to stop now. The exit code is 1 if a file failed.
     """
-    settings = RunSettings(**{each.name: values.pop(each.name) for each in fields(RunSettings)})
     if summary is not None:
         if target:
             raise UsageError("--summary: takes no other files")
@@ -128,41 +111,42 @@ def batch(
         raise UsageError("batch needs Linux or macOS: on Windows use it in WSL")
     if target is None or not sources:
         raise UsageError("give the files to simplify, and a folder for the results (try 'bldsimp batch --help')")
-    if settings.verify and not settings.resume:
+    if values["verify"] and not values["resume"]:
         raise UsageError("--verify: needs --resume")
     from ..batch.inputs import OutputLayout
-    from ..batch.storage import make_absolute
+    from ..batch.run import RunSettings
+    from ..batch.storage import join_path, make_absolute
 
+    settings = RunSettings(**{each.name: values.pop(each.name) for each in fields(RunSettings)})
     layout = OutputLayout(make_absolute(target), name, to and normalize_format(to), from_ and check_format(from_))
-    _run(sources, layout, manifest, make_options(**values), settings)
+    where = manifest or join_path(layout.root, MANIFEST)
+    _run(sources, layout, where, make_options(**values), settings, quiet)
 
 
 def _run(
-    sources: Sequence[str], layout: OutputLayout, manifest: str | None, options: Options, settings: RunSettings
+    sources: Sequence[str], layout: OutputLayout, where: str, options: Options, settings: RunSettings, quiet: bool
 ) -> None:
     """Plan, run, and print the totals."""
     from ..batch.inputs import find_inputs, plan_tasks
     from ..batch.manifest import open_manifest
-    from ..batch.run import run_batch
-    from ..batch.storage import join_path
+    from ..batch.run import make_pool, run_batch, skip_done
     from ..batch.totals import Totals
     from .progress import show_batch_progress
     from .summary import describe_totals
 
     plan = plan_tasks(find_inputs(_expand_list(sources), layout.root), layout)
-    where = manifest or join_path(layout.root, MANIFEST)
     totals = Totals()
-    pool = _make_pool(options, settings)
+    pool = make_pool(options, settings)
     log = open_manifest(where, resume=settings.resume, overwrite=settings.overwrite)
     try:
-        _skip_done(plan, log, layout.root, options, settings, totals)
+        skip_done(plan, log, layout.root, options, settings, totals)
         raise_on_signals()
         interrupt = GracefulInterrupt(pool.stop)
-        with show_batch_progress(plan, totals, quiet=settings.quiet) as show:
+        with show_batch_progress(plan, totals, quiet=quiet) as show:
             run_batch(plan, options, pool, log, totals, show)
     finally:
         log.close()
-    if not settings.quiet:
+    if not quiet:
         click.echo(describe_totals(totals), err=True)
         click.echo(f"manifest   {sanitize_line(where)}", err=True)
     if interrupt.came:
@@ -180,39 +164,6 @@ def _expand_list(sources: Sequence[str]) -> list[str]:
     return [name for source in sources for name in (parse_names(read_standard_input()) if source == "-" else [source])]
 
 
-def _skip_done(plan: Plan, log: Manifest, root: str, options: Options, settings: RunSettings, totals: Totals) -> None:
-    """Remove from a plan what is done already; without a manifest, refuse to replace results."""
-    from ..batch.resume import collect_done, refuse_existing, select_remaining
-    from ..batch.run import remove_leftovers
-
-    if not log.empty:
-        done, count = collect_done(log.rows(), options), len(plan.tasks)
-        plan.tasks = select_remaining(
-            plan.tasks, done, root, verify=settings.verify, jobs=settings.jobs or _count_cores()
-        )
-        totals.skipped = count - len(plan.tasks)
-        remove_leftovers(plan)
-    elif not settings.overwrite:
-        refuse_existing(plan.tasks, root)
-
-
-def _make_pool(options: Options, settings: RunSettings) -> Pool | DaskPool:
-    """Make the pool that runs the tasks."""
-    from ..batch.task import WorkOrder
-
-    if settings.scheduler is not None:
-        from ..batch.dask import DaskPool
-
-        order = WorkOrder([], options, settings.overwrite, settings.memory)
-        return DaskPool(settings.scheduler, order, settings.timeout)
-    from ..batch.memory import choose_jobs, measure_free_memory
-    from ..batch.pool import Pool
-
-    memory = settings.memory or measure_free_memory()
-    jobs = settings.jobs or choose_jobs(memory, _count_cores())
-    return Pool(WorkOrder([], options, settings.overwrite), settings.timeout, jobs=jobs, memory=memory)
-
-
 def _summarize(manifest: str) -> None:
     """Print the totals of a manifest."""
     from ..batch.manifest import read_manifest
@@ -221,8 +172,3 @@ def _summarize(manifest: str) -> None:
 
     check_standard_output()
     click.echo(describe_totals(sum_rows(read_manifest(manifest))))
-
-
-def _count_cores() -> int:
-    """Count the cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
