@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -27,7 +27,7 @@ from ..model import (
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh, join_flat_meshes
 from .input_folder import InputFolder, LoadFile
-from .ply_elements import Column, Columns, Element, read_elements, read_header, write_elements
+from .ply_elements import Column, Element, read_elements, read_header, write_elements
 from .polygons import Polygons, build_mesh
 from .textures import make_uv_attribute
 
@@ -86,21 +86,22 @@ def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
         If the file is damaged, or has no faces.
     """
     header = read_header(data)
-    columns = read_elements(data, header)
+    read_elements(data, header)
     _warn_of_ignored_data(header.elements, warnings)
-    if "vertex" not in columns or not set(_POSITION) <= columns["vertex"].scalars.keys():
+    elements = {element.name: element for element in header.elements}
+    if "vertex" not in elements or not set(_POSITION) <= elements["vertex"].scalars.keys():
         raise InputError("the PLY file has no points with x, y and z")
-    types = {element.name: element.types for element in header.elements}
-    face = columns.get("face", Columns())
-    sizes, corners = _read_polygons(face) if "face" in columns else (np.zeros(0, np.int64), np.zeros(0, np.int32))
-    vertex, corners, wedges = _split_wedges(columns["vertex"].scalars, face, sizes, corners)
+    types = elements["vertex"].types
+    face = elements.get("face", Element("face", 0))
+    sizes, corners = _read_polygons(face) if "face" in elements else (np.zeros(0, np.int64), np.zeros(0, np.int32))
+    vertex, corners, wedges = _split_wedges(elements["vertex"].scalars, face, sizes, corners)
     parts, part = _make_parts(face.scalars, header.textures, len(sizes))
     points = _stack_columns(vertex, _POSITION)
     mesh, polygon = build_mesh("", points, Polygons(sizes, corners, part), parts, warnings)
-    style = PlyStyle(header.encoding, types["vertex"]["x"] == "f8", wedges=wedges is not None)
+    style = PlyStyle(header.encoding, types["x"] == "f8", wedges=wedges is not None)
     if set(_NORMAL) <= vertex.keys():
         mesh.normals = np.nan_to_num(_stack_columns(vertex, _NORMAL), posinf=0.0, neginf=0.0)
-        style.bundles["NORMAL"] = PlyBundle(_NORMAL, tuple(types["vertex"][name] for name in _NORMAL))
+        style.bundles["NORMAL"] = PlyBundle(_NORMAL, tuple(types[name] for name in _NORMAL))
     attributes = [] if wedges is None else [make_uv_attribute(wedges, parts, folder.load_image)]
     of_points = {name: column for name, column in vertex.items() if name not in _POSITION + _NORMAL}
     # Normals of faces follow from their corners.
@@ -108,8 +109,8 @@ def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
     of_faces = {name: column for name, column in face.scalars.items() if name not in skipped}
     load = folder.load_image if wedges is None else None
     for attribute, bundle in (
-        *_read_attributes(mesh, of_points, types["vertex"], load=load),
-        *_read_attributes(mesh, of_faces, types.get("face", {}), polygon=polygon),
+        *_read_attributes(mesh, of_points, types, load=load),
+        *_read_attributes(mesh, of_faces, face.types, polygon=polygon),
     ):
         attributes.append(attribute)
         style.bundles[attribute.name] = bundle
@@ -127,29 +128,22 @@ def _read_attributes(
 ) -> Iterator[tuple[Attribute, PlyBundle]]:
     """Yield colors, texture coordinates (with `load`) and all other columns of points, or of each face's polygon."""
     on_faces = polygon is not None
-
-    def take(names: tuple[str, ...]) -> Values:
-        values = _stack_columns(columns, names)
-        for name in names:
-            del columns[name]
-        return values
-
-    def bundle(names: tuple[str, ...], scale: float = 1.0) -> PlyBundle:
-        return PlyBundle(names, tuple(types[name] for name in names), scale)
-
     channels = tuple(name for name in _COLORS if name in columns)
-    if channels[:3] == _COLORS[:3]:
-        values = take(channels)
-        scale = _find_color_scale(np.dtype(types["red"]), values)
-        values = (values if polygon is None else values[polygon]) / scale
-        yield make_color_attribute(values, mesh, on_faces=on_faces), bundle(channels, scale)
-    pair = next((pair for pair in _UV if set(pair) <= columns.keys()), None) if load else None
-    if load and pair:
-        yield make_uv_attribute(take(pair), mesh.parts, load), bundle(pair)
-    for name in list(columns):
-        values = take((name,))
-        values, whole = values if polygon is None else values[polygon], types[name][0] != "f"
-        yield make_custom_attribute(f"_{name}", values, mesh, whole=whole, on_faces=on_faces), bundle((name,))
+    colors = channels if channels[:3] == _COLORS[:3] else ()
+    uv = next((pair for pair in _UV if set(pair) <= columns.keys()), ()) if load else ()
+    others = [(name,) for name in columns if name not in colors + uv]
+    for names in filter(None, (colors, uv, *others)):
+        stored = _stack_columns(columns, names)
+        values = stored if polygon is None else stored[polygon]
+        bundle = PlyBundle(names, tuple(types[name] for name in names))
+        if names == colors:
+            bundle = replace(bundle, scale=_find_color_scale(np.dtype(types["red"]), stored))
+            yield make_color_attribute(values / bundle.scale, mesh, on_faces=on_faces), bundle
+        elif names == uv and load:
+            yield make_uv_attribute(values, mesh.parts, load), bundle
+        else:
+            whole = types[names[0]][0] != "f"
+            yield make_custom_attribute(f"_{names[0]}", values, mesh, whole=whole, on_faces=on_faces), bundle
 
 
 def _find_color_scale(kind: np.dtype[Any], values: Values) -> float:
@@ -163,7 +157,7 @@ def _stack_columns(columns: dict[str, NDArray[Any]], names: tuple[str, ...]) -> 
     return np.stack([columns[name].astype(np.float64) for name in names], axis=1)
 
 
-def _read_polygons(face: Columns) -> tuple[NDArray[np.int64], Indices]:
+def _read_polygons(face: Element) -> tuple[NDArray[np.int64], Indices]:
     """Return sizes and corners of the faces."""
     name = next((name for name in _CORNERS if name in face.lists), None)
     if name is None:
@@ -176,7 +170,7 @@ def _read_polygons(face: Columns) -> tuple[NDArray[np.int64], Indices]:
 
 
 def _split_wedges(
-    vertex: dict[str, NDArray[Any]], face: Columns, sizes: NDArray[np.int64], corners: Indices
+    vertex: dict[str, NDArray[Any]], face: Element, sizes: NDArray[np.int64], corners: Indices
 ) -> tuple[dict[str, NDArray[Any]], Indices, Values | None]:
     """Return points and corners such that each point has one texture coordinate, and those, if faces have them."""
     name = next((name for name in _WEDGES if name in face.lists), None)

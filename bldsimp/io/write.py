@@ -10,10 +10,9 @@ from typing import BinaryIO
 from ..errors import OutputError, UsageError
 from ..model import SimplifiedMesh
 from ..options import AUTO_DIAGONAL, Options
-from ..report import Counts
 from ..tolerance import measure_diagonal, measure_epsilon
 from .atomic import replace_files, write_stream
-from .file_scene import FileScene
+from .file_scene import FileScene, Written
 from .flat_mesh import FlatMesh, apply_uv_maps, flatten_result, has_same_surface, place_instance, spread_face_values
 from .gltf.build import build_document
 from .gltf.check import check_document
@@ -32,30 +31,6 @@ WRITABLE = ("glb", "gltf", "obj", "ply", "off", "stl")
 """Formats that bldsimp writes."""
 
 _PIPE = Path("-")
-
-
-@dataclass
-class Written:
-    """Figures of what was written.
-
-    Attributes
-    ----------
-    bytes : int
-        Of the file, and of buffers and material libraries next to it; images do not count.
-    vertices : int
-        Distinct positions with normal and attributes.
-    rounding : float
-        Greatest distance by which storing moved a point, model units in world space.
-    after : Counts or None
-        Counts of what is stored, if storing merged points.
-    warnings : list of str
-    """
-
-    bytes: int = 0
-    vertices: int = 0
-    rounding: float = 0.0
-    after: Counts | None = None
-    warnings: list[str] = field(default_factory=list)
 
 
 def write(
@@ -157,11 +132,11 @@ class _Output:
             data, written.vertices = write_off(meshes, scene.off)
         else:
             written.rounding = max(measure_rounding(one.points) for one in meshes)
-            merged = sum(count_merged_points(one.points) for one in meshes)
-            if merged:
+            written.merged_points = sum(count_merged_points(one.points) for one in meshes)
+            if written.merged_points:
                 stored = [[(one.points, one.faces) for one in placed] for placed in instances]
                 written.after = count_after_rounding(stored)
-            self._warn_of_rounding("STL", merged)
+            self._warn_of_rounding("STL")
             data, written.vertices = write_stl(meshes)
         written.bytes = len(data)
         return {**files, self.main: data}
@@ -173,10 +148,8 @@ class _Output:
         files: dict[Path, bytes] = {}
         if document is None:
             images = Sidecars(scene, self.main, written.warnings).load_textures()
-            built = build_document(scene, self.results, self.options, images)
-            json_, binary = built.json, built.binary
-            written.vertices, written.rounding, written.after = built.vertices, built.rounding, built.after
-            self._warn_of_rounding("glTF", built.merged_points)
+            json_, binary = build_document(scene, self.results, self.options, images, written)
+            self._warn_of_rounding("glTF")
             written.warnings += list_gltf_losses(scene)
         else:
             inside = piped or (self.format == "glb" and scene.format == "gltf")
@@ -250,15 +223,15 @@ class _Output:
         self.written.rounding = 0.0 if double else moved
         return replace(style, double=double)
 
-    def _warn_of_rounding(self, format_name: str, merged: int) -> None:
+    def _warn_of_rounding(self, format_name: str) -> None:
         """Describe how single precision changed the points, if it did so more than the file's own numbers do."""
         written, after = self.written, self.written.after
         if not math.isfinite(written.rounding):
             raise OutputError(f"the coordinates are too large for {format_name}: write PLY, OBJ or OFF")
         if after is not None:
             written.warnings.append(
-                f"the single precision of {format_name} merged {merged:,} points: {after.points:,} are left, with"
-                f" {after.open_edges:,} open and {after.nonmanifold_edges:,} non-manifold edges"
+                f"the single precision of {format_name} merged {written.merged_points:,} points: {after.points:,} are"
+                f" left, with {after.open_edges:,} open and {after.nonmanifold_edges:,} non-manifold edges"
             )
         if written.rounding > max(measure_epsilon(self.scene), AUTO_DIAGONAL * measure_diagonal(self.scene)):
             written.warnings.append(

@@ -35,24 +35,20 @@ _SKIN = ("JOINTS_", "WEIGHTS_")
 _UV = "TEXCOORD_"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SharedVertices:
     """Rows of a mesh that are the vertices of one or more primitives.
 
     Attributes
     ----------
-    accessors : tuple of (str, int)
-        Names of all their attributes, and the accessors that hold them.
+    accessors : dict of str to int
+        By name of each of their attributes, the accessor that holds it.
     start, count : int
     """
 
-    accessors: tuple[tuple[str, int], ...]
+    accessors: dict[str, int]
     start: int
     count: int
-
-    def accessor(self, name: str) -> int | None:
-        """Return the accessor of an attribute, or None if the rows have none."""
-        return dict(self.accessors).get(name)
 
 
 def list_primitives(document: Document, number: int) -> list[tuple[int, Json, SharedVertices]]:
@@ -66,7 +62,7 @@ def list_primitives(document: Document, number: int) -> list[tuple[int, Json, Sh
         # Two primitives share vertices only if all their attributes are the same.
         key = tuple(sorted(own.items()))
         if key not in shared:
-            shared[key] = SharedVertices(tuple(own.items()), start, len(document.read_accessor(own["POSITION"])))
+            shared[key] = SharedVertices(own, start, len(document.read_accessor(own["POSITION"])))
             start += shared[key].count
         found.append((index, primitive, shared[key]))
     return found
@@ -114,9 +110,9 @@ def read_attributes(
         For each part the result of `TextureSizes.measure`.
     """
     found = []
-    for name in dict.fromkeys(name for group in groups for name, _ in group.accessors):
-        users = [(group, group.accessor(name)) for group in groups]
-        own = [(group, number) for group, number in users if number is not None and _is_read(document, name, number)]
+    for name in dict.fromkeys(name for group in groups for name in group.accessors):
+        users = [(group, group.accessors[name]) for group in groups if name in group.accessors]
+        own = [(group, number) for group, number in users if _is_read(document, name, number)]
         if own:
             values = _read_values(document, name, own, len(mesh.points))
             whole = all(document.find_step(number) == 1.0 for _, number in own)
@@ -191,7 +187,7 @@ def store_attributes(
     """
     row = result.row[used]
     kinds = {attribute.name: attribute.kind for attribute in mesh.attributes}
-    names = [name for name, _ in group.accessors if name not in kinds or options.keeps(kinds[name])]
+    names = [name for name in group.accessors if name not in kinds or options.keeps(kinds[name])]
     if normals is None and "TANGENT" in names and mesh.normals is not None and options.normals == "auto":
         # Tangents mean nothing without normals.
         normals = mesh.normals[result.row]
@@ -213,9 +209,9 @@ def _store_column(
     document: Document, name: str, group: SharedVertices, row: Indices, wanted: Values, read: Values
 ) -> NDArray[Any]:
     """Take the stored values of one attribute, except in rows of other primitives and where they changed."""
-    number = group.accessor(name)
+    number = group.accessors.get(name)
     if number is None:
-        return _to_gltf(name, wanted).astype(np.float32)
+        return to_gltf(name, wanted).astype(np.float32)
     stored, normalized = document.read_accessor(number), document.items("accessors")[number].get("normalized")
     place = row - group.start
     inside = (place >= 0) & (place < group.count)
@@ -224,13 +220,13 @@ def _store_column(
     fresh = np.flatnonzero(~(inside & same.all(axis=1)))
     if len(fresh):
         # Points that are welded or moved may take rows of another primitive.
-        taken = _to_gltf(name, wanted[fresh])[:, : values.shape[1]]
+        taken = to_gltf(name, wanted[fresh])[:, : values.shape[1]]
         values[fresh, : taken.shape[1]] = _to_component(taken, values.dtype, normalized)
     return values
 
 
-def _to_gltf(name: str, numbers: Values) -> Values:
-    """Return numbers as glTF has them: v downwards, nothing missing."""
+def to_gltf(name: str, numbers: Values) -> Values:
+    """Return numbers as glTF has them: v downwards, nothing missing, not even the normals of some rows."""
     if name.startswith(_UV):
         numbers = np.stack([numbers[:, 0], 1.0 - numbers[:, 1]], axis=1)
     elif name == "NORMAL":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -41,28 +41,27 @@ class NewAccessors:
     views: dict[tuple[int, int], bytearray] = field(default_factory=dict)
     _numbers: dict[tuple[str, bytes], int] = field(default_factory=dict)
 
-    def add_vertices(self, values: NDArray[Any], *, normalized: bool = False, bounds: bool = False, **more: Any) -> int:
-        """Add a vertex attribute, with `bounds` also its exact least and greatest values; return its number.
+    def add_vertices(self, name: str, values: NDArray[Any], more: Json) -> int:
+        """Add a vertex attribute, positions with their exact least and greatest values; return its number.
 
         `more` are members of the accessor that do not follow from its values, such as its name.
         """
-        kind = values.dtype.newbyteorder("<")
-        rows = pack_rows(values, kind, aligned=True)
-        if normalized:
-            more["normalized"] = True
-        if bounds:
-            more |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
-        return self._add(_VERTICES, rows.shape[1], rows.tobytes(), {**_describe_values(kind, values.shape), **more})
+        if name == "POSITION":
+            more = {**more, "min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+        return self._add(_VERTICES, values, more)
 
     def add_indices(self, corners: NDArray[Any], count: int) -> int:
         """Add the corners of triangles, in 16 bits if `count` vertices allow it; return their number."""
         # The greatest 16-bit number restarts a strip, and must not name a vertex.
         kind = np.dtype("<u2") if count <= 65535 else np.dtype("<u4")
-        values = np.ascontiguousarray(corners.reshape(-1, 1), kind)
-        return self._add(_INDICES, 0, values.tobytes(), _describe_values(kind, values.shape))
+        return self._add(_INDICES, corners.reshape(-1, 1).astype(kind), {})
 
-    def _add(self, target: int, stride: int, data: bytes, entry: Json) -> int:
-        """Add data to the view for its kind, unless it is there; return its number."""
+    def _add(self, target: int, values: NDArray[Any], more: Json) -> int:
+        """Add values to the view for their kind, unless they are there; return their number."""
+        kind = values.dtype.newbyteorder("<")
+        rows = pack_rows(values, kind, aligned=target == _VERTICES)
+        stride, data = rows.shape[1] if target == _VERTICES else 0, rows.tobytes()
+        entry = {"componentType": _CODES[kind], "count": len(values), "type": _TYPES[values.shape[1]], **more}
         key = json.dumps([target, entry], sort_keys=True), hashlib.sha256(data).digest()
         if key not in self._numbers:
             self._numbers[key] = len(self.accessors)
@@ -79,11 +78,6 @@ class NewAccessors:
             ({"target": target, **({"byteStride": stride} if stride else {})}, bytes(data))
             for (target, stride), data in self.views.items()
         ]
-
-
-def _describe_values(kind: np.dtype[Any], shape: tuple[int, ...]) -> Json:
-    """Return the members of an accessor that follow from its values."""
-    return {"componentType": _CODES[kind], "count": shape[0], "type": _TYPES[shape[1]]}
 
 
 def pack_rows(values: NDArray[Any], kind: np.dtype[Any], *, aligned: bool) -> NDArray[np.uint8]:
@@ -136,14 +130,12 @@ def replace_accessors(
     """
     if not (replaced or whole) and len(document.buffers) < 2:
         return document.join_own_buffers()
-    dropped = replaced - {container[key] for container, key in references.iterate_accessor_slots(json_)}
+    dropped = replaced - references.list_numbers(json_, references.ACCESSORS)
     old = json_.get("accessors", [])
-    freed = {
-        container[key] for number in dropped for container, key in references.iterate_accessor_view_slots(old[number])
-    }
+    freed = {view for i in dropped for view in references.list_numbers(old[i], references.ACCESSOR_VIEWS)}
     for accessor in new.accessors:
         accessor["bufferView"] = -1 - accessor["bufferView"]
-    _replace_entries(json_, "accessors", references.iterate_accessor_slots, dropped, new.accessors)
+    _replace_entries(json_, "accessors", references.ACCESSORS, dropped, new.accessors)
     return _replace_views(document, json_, new.list_views(), freed, whole=whole, first=first)
 
 
@@ -154,7 +146,7 @@ def _replace_views(
     old = json_.get("bufferViews", [])
     # Nothing names the views that compressed data was decoded from.
     freed |= set(range(len(old))) if document.decoded else set()
-    kept = {container[key] for container, key in references.iterate_view_slots(json_)}
+    kept = references.list_numbers(json_, references.VIEWS)
     # Buffers next to the document that lose nothing stay; the others become one.
     touched = {old[number]["buffer"] for number in freed}
     buffers = enumerate(document.items("buffers"))
@@ -165,7 +157,7 @@ def _replace_views(
     if not references.list_unknown_extensions(json_):
         data |= _trim_views(json_, {i: document.read_view(i) for i in sorted(freed & kept)})
     entries = [entry for entry, _ in new]
-    numbers = _replace_entries(json_, "bufferViews", references.iterate_view_slots, dropped, entries)
+    numbers = _replace_entries(json_, "bufferViews", references.VIEWS, dropped, entries)
     binary = _merge_buffers(json_, merged, {numbers[i]: view for i, view in data.items()}, first)
     for key in ("accessors", "bufferViews", "buffers"):
         if not json_[key]:
@@ -195,11 +187,7 @@ def _merge_buffers(json_: Json, merged: list[int], data: dict[int, bytes], first
 
 
 def _replace_entries(
-    json_: Json,
-    key: str,
-    iterate_slots: Callable[[Json], Iterator[references.Slot]],
-    dropped: set[int],
-    new: list[Json],
+    json_: Json, key: str, paths: tuple[str, ...], dropped: set[int], new: list[Json]
 ) -> dict[int, int]:
     """Drop entries of a top-level array, add new ones, and renumber the slots that name them.
 
@@ -214,7 +202,7 @@ def _replace_entries(
         empty = set(free[count:])
         shift = np.cumsum([i in empty for i in range(len(old) + count)])
         numbers = {source: int(number - shift[number]) for source, number in numbers.items()}
-    for container, name in list(iterate_slots(json_)):
+    for container, name in references.iterate_slots(json_, paths):
         container[name] = numbers[container[name]]
     json_[key] = [dict(_BLANKS[key]) for _ in range(max(numbers.values(), default=-1) + 1)]
     for source, number in numbers.items():
@@ -227,7 +215,7 @@ def _trim_views(json_: Json, views: dict[int, bytes]) -> dict[int, bytes]:
 
     A view that something other than an accessor uses stays whole.
     """
-    uses = Counter(container[key] for container, key in references.iterate_view_slots(json_))
+    uses = Counter(container[key] for container, key in references.iterate_slots(json_, references.VIEWS))
     ranges: dict[int, list[ByteRange]] = {number: [] for number in views}
     for accessor in json_["accessors"]:
         for number, found in _list_ranges(json_, accessor, views):

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from ...material import Material, UvMap
 from ...model import Faces, Mesh, Points, Scene, SimplifiedMesh, Values
 from ...options import Options
-from ...report import Counts
 from ...tolerance import measure_scale, transform_points
 from ...unique_rows import find_unique_rows
+from ..file_scene import Written
 from ..flat_mesh import FlatMesh, flatten_result, scale_to_unit, spread_face_values
 from ..mtl import replace_bad_bytes
 from ..single_precision import choose_origin, count_after_rounding, count_merged_points, measure_rounding
 from ..textures import find_media_type
+from .attributes import to_gltf
 from .buffers import NewAccessors, pack_views
 from .document import Json
 from .references import TRANSFORM
@@ -28,34 +29,9 @@ _EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
-@dataclass
-class BuiltDocument:
-    """A new document, and figures of what was stored.
-
-    Attributes
-    ----------
-    json : dict
-    binary : bytes
-    vertices : int
-    rounding : float
-        Greatest distance by which a point moved, in world space; infinite if one is out of range.
-    merged_points : int
-        Points that are no longer distinct.
-    after : Counts or None
-        Counts of the stored meshes, if there are merged points.
-    """
-
-    json: Json
-    binary: bytes = b""
-    vertices: int = 0
-    rounding: float = 0.0
-    merged_points: int = 0
-    after: Counts | None = None
-
-
 def build_document(
-    scene: Scene, results: list[SimplifiedMesh], options: Options, images: dict[str, bytes]
-) -> BuiltDocument:
+    scene: Scene, results: list[SimplifiedMesh], options: Options, images: dict[str, bytes], written: Written
+) -> tuple[Json, bytes]:
     """Build a glTF document.
 
     Parameters
@@ -65,6 +41,14 @@ def build_document(
     options : Options
     images : dict
         Bytes of each texture that a material names.
+    written : Written
+        Receives the figures of what is stored; if a point is out of range, the document is not whole.
+
+    Returns
+    -------
+    json : dict
+    binary : bytes
+        Data of the only buffer.
     """
     json_: Json = {
         "asset": {"version": "2.0", "generator": "bldsimp"},
@@ -73,23 +57,22 @@ def build_document(
         "nodes": [],
         "meshes": [],
     }
-    builder, built = _Builder(json_, images), BuiltDocument(json_)
+    builder = _Builder(json_, images)
     stored: list[list[tuple[Points, Faces]]] = []
     for mesh, result in zip(scene.meshes, results, strict=True):
         if not len(result.faces):
             continue
         flat = spread_face_values(flatten_result(mesh, result, options))
         origin = choose_origin(flat.points)
-        built.rounding = max(built.rounding, measure_scale(mesh) * measure_rounding(flat.points, origin))
-        if not math.isfinite(built.rounding):
+        written.rounding = max(written.rounding, measure_scale(mesh) * measure_rounding(flat.points, origin))
+        if not math.isfinite(written.rounding):
             break
-        built.merged_points += count_merged_points(flat.points, origin)
+        written.merged_points += count_merged_points(flat.points, origin)
         stored.append([(flat.points - origin, flat.faces)])
-        built.vertices += builder.add_mesh(flat, origin)
+        written.vertices += builder.add_mesh(flat, origin)
         builder.add_nodes(mesh, origin)
-    built.after = count_after_rounding(stored) if built.merged_points else None
-    built.binary = builder.finish()
-    return built
+    written.after = count_after_rounding(stored) if written.merged_points else None
+    return json_, builder.finish()
 
 
 @dataclass
@@ -129,14 +112,10 @@ class _Builder:
             columns = _convert_columns(flat, corners, origin, names)
             first, inverse = find_unique_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
             vertices += len(first)
-            attributes = {
-                name: self.new.add_vertices(values[first], bounds=name == "POSITION")
-                for name, values in columns.items()
-            }
-            start = 0
-            for number, faces in group:
-                indices = self.new.add_indices(inverse[start : start + faces.size], len(first))
-                start += faces.size
+            attributes = {name: self.new.add_vertices(name, values[first], {}) for name, values in columns.items()}
+            ends = np.cumsum([faces.size for _, faces in group])
+            for (number, faces), own in zip(group, np.split(inverse, ends[:-1]), strict=True):
+                indices = self.new.add_indices(own, len(first))
                 entry["primitives"].append(self._make_primitive(flat, number, faces, attributes, indices))
         self.json["meshes"].append(entry)
         return vertices
@@ -272,19 +251,11 @@ def _convert_columns(
     """Return attributes of corners as glTF has them."""
     columns = {"POSITION": (flat.points[corners] - origin).astype(np.float32)}
     if flat.normals is not None and np.any(flat.normals[corners]):
-        # glTF knows no missing normal; a part that has some takes this for the others.
-        unit = scale_to_unit(flat.normals[corners])
-        columns["NORMAL"] = np.where(unit.any(axis=1, keepdims=True), unit, (0.0, 0.0, 1.0)).astype(np.float32)
+        columns["NORMAL"] = to_gltf("NORMAL", scale_to_unit(flat.normals[corners])).astype(np.float32)
     for own in flat.attributes:
-        if own.name not in names:
-            continue
-        taken = own.values[corners]
-        if own.kind == "uv":
-            taken = np.stack([taken[:, 0], 1.0 - taken[:, 1]], axis=1)
-        missing = 1.0 if own.name == "COLOR_0" else 0.0
-        # A glTF accessor has four numbers at most.
-        for start in range(0, taken.shape[1], 4):
-            name = own.name if not start else f"{own.name}_{start}"
-            piece = taken[:, start : start + 4]
-            columns[name] = np.where(np.isnan(piece), missing, piece).astype(np.float32)
+        if own.name in names:
+            values = to_gltf(own.name, own.values[corners]).astype(np.float32)
+            # A glTF accessor has four numbers at most.
+            for start in range(0, values.shape[1], 4):
+                columns[f"{own.name}_{start}" if start else own.name] = values[:, start : start + 4]
     return columns

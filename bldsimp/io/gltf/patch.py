@@ -5,7 +5,6 @@ Names, nodes, instances, materials, images, animations, extras and unknown exten
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -102,7 +101,7 @@ class _Patch:
                 own = {number: primitives[index] for number, index in indices.items()}
                 vertices += self._replace_group(mesh, result, group, own, faces, normals)
         for index in sorted(empty, reverse=True):
-            self._free(references.iterate_primitive_slots(primitives[index]))
+            self.replaced |= references.list_numbers(primitives[index], references.PRIMITIVE_ACCESSORS)
             del primitives[index]
         return vertices
 
@@ -119,30 +118,29 @@ class _Patch:
         used, corners = drop_unused_rows(np.concatenate(list(faces.values())), len(result.points))
         columns = store_attributes(self.document, mesh, result, group, used, normals=normals, options=self.options)
         first, inverse = find_unique_rows(np.concatenate([one.astype(np.float64) for one in columns.values()], axis=1))
-        same_names = columns.keys() == dict(group.accessors).keys()
+        same_names = columns.keys() == group.accessors.keys()
         # A result that is no smaller is better left as it is stored.
         if same_names and len(first) == group.count and has_same_surface(mesh, result, list(primitives)):
             return len(first)
         accessors = {name: self._add_column(group, name, values[first]) for name, values in columns.items()}
-        start = 0
-        for number, own in faces.items():
+        ends = np.cumsum([len(own) for own in faces.values()])
+        for number, own in zip(faces, np.split(inverse[corners], ends[:-1]), strict=True):
             if len(own):
-                indices = self.new.add_indices(inverse[corners[start : start + len(own)]], len(first))
-                self._replace_primitive(primitives[number], accessors, indices)
-            start += len(own)
+                self._replace_primitive(primitives[number], accessors, self.new.add_indices(own, len(first)))
         return len(first)
 
     def _add_column(self, group: SharedVertices, name: str, values: NDArray[Any]) -> int:
         """Add values of an attribute; the new accessor has the name of the one it replaces."""
-        old = group.accessor(name)
+        old = group.accessors.get(name)
         entry = {} if old is None else self.document.items("accessors")[old]
-        more = {key: entry[key] for key in ("name", "extras") if key in entry}
-        normalized = bool(entry.get("normalized"))
-        return self.new.add_vertices(values, normalized=normalized, bounds=name == "POSITION", **more)
+        more: Json = {key: entry[key] for key in ("name", "extras") if key in entry}
+        if entry.get("normalized"):
+            more["normalized"] = True
+        return self.new.add_vertices(name, values, more)
 
     def _replace_primitive(self, primitive: Json, accessors: dict[str, int], indices: int) -> None:
         """Point a primitive at new accessors, by negative numbers until `replace_accessors` assigns them."""
-        self._free(references.iterate_primitive_slots(primitive))
+        self.replaced |= references.list_numbers(primitive, references.PRIMITIVE_ACCESSORS)
         if not self.options.keeps("uv"):
             self.bare.apply(primitive)
         primitive["attributes"] = {name: -1 - number for name, number in accessors.items()}
@@ -161,10 +159,6 @@ class _Patch:
             if not primitive["extensions"]:
                 del primitive["extensions"]
 
-    def _free(self, slots: Iterator[references.Slot]) -> None:
-        """Note that accessors may no longer be named."""
-        self.replaced.update(container[key] for container, key in slots)
-
     def remove_meshes(self, numbers: set[int]) -> None:
         """Remove meshes without primitives; the nodes that placed them stay, and show nothing."""
         meshes = self.json.get("meshes", [])
@@ -177,7 +171,7 @@ class _Patch:
             if node.get("mesh") in place:
                 node["mesh"] = place[node["mesh"]]
             elif "mesh" in node:
-                self._free(references.iterate_instance_slots(node))
+                self.replaced |= references.list_numbers(node, references.INSTANCE_ACCESSORS)
                 for key in ("mesh", "skin", "weights"):
                     node.pop(key, None)
                 node.get("extensions", {}).pop(references.INSTANCING, None)

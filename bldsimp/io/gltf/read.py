@@ -75,7 +75,7 @@ def _read_mesh(document: Document, sizes: TextureSizes, number: int, fixed: list
     if not sum(map(len, faces)):
         return None
     groups = list(dict.fromkeys(vertices for _, _, vertices in primitives))
-    positions = [dict(group.accessors)["POSITION"] for group in groups]
+    positions = [group.accessors["POSITION"] for group in groups]
     points = np.concatenate([document.read_numbers(one) for one in positions])
     if points.shape[1] != 3:
         raise InputError(f"the positions of glTF mesh '{name}' are not three numbers: the file is damaged")
@@ -87,7 +87,7 @@ def _read_mesh(document: Document, sizes: TextureSizes, number: int, fixed: list
     step = max(document.find_step(one) for one in positions)
     mesh.quantized = bool(step)
     mesh.single, mesh.rounding = (False, step / 2.0) if step else find_number_format(mesh.used_points)
-    if any(group.accessor("NORMAL") is not None for group in groups):
+    if any("NORMAL" in group.accessors for group in groups):
         mesh.normals = np.concatenate([_read_normals(document, group) for group in groups])
     return mesh
 
@@ -117,10 +117,9 @@ def _read_faces(document: Document, primitive: Json, vertices: SharedVertices, n
 
 def _read_normals(document: Document, group: SharedVertices) -> Values:
     """Read the normals of a group, zero if it has none."""
-    number = group.accessor("NORMAL")
-    if number is None:
+    if "NORMAL" not in group.accessors:
         return np.zeros((group.count, 3))
-    found = document.read_numbers(number)
+    found = document.read_numbers(group.accessors["NORMAL"])
     if found.shape != (group.count, 3):
         raise InputError("a glTF primitive does not have as many normals as positions: the file is damaged")
     return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
