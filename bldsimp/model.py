@@ -171,6 +171,11 @@ class Scene:
     warnings: list[str] = field(default_factory=list)
     beside: list[str] = field(default_factory=list)
 
+    @property
+    def parts(self) -> list[Part]:
+        """Parts of all meshes."""
+        return [part for mesh in self.meshes for part in mesh.parts]
+
 
 @dataclass
 class SimplifiedMesh:

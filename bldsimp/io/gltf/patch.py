@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Indices, Mesh, Scene, SimplifiedMesh, Values
+from ...model import Mesh, Scene, SimplifiedMesh, Values
 from ...options import Options
 from ...stages.normals import resolve_normals
 from ...unique_rows import find_unique_rows
@@ -94,39 +94,34 @@ class _Patch:
         for number, (index, _, group) in enumerate(list_primitives(self.document, mesh.number)):
             if not mesh.parts[number].fixed:
                 groups.setdefault(group, {})[number] = index
+                empty += [] if np.any(result.part_of_face == number) else [index]
         for group, indices in groups.items():
-            faces = {number: result.faces[result.part_of_face == number] for number in indices}
-            empty += [indices[number] for number, own in faces.items() if not len(own)]
-            if any(map(len, faces.values())):
-                own = {number: primitives[index] for number, index in indices.items()}
-                vertices += self._replace_group(mesh, result, group, own, faces, normals)
-        for index in sorted(empty, reverse=True):
+            vertices += self._replace_group(mesh, result, normals, group, indices)
+        for index in reversed(empty):
             self.replaced |= references.list_numbers(primitives[index], references.PRIMITIVE_ACCESSORS)
             del primitives[index]
         return vertices
 
     def _replace_group(
-        self,
-        mesh: Mesh,
-        result: SimplifiedMesh,
-        group: SharedVertices,
-        primitives: dict[int, Json],
-        faces: dict[int, Indices],
-        normals: Values | None,
+        self, mesh: Mesh, result: SimplifiedMesh, normals: Values | None, group: SharedVertices, indices: dict[int, int]
     ) -> int:
-        """Replace primitives that share vertices, by the numbers of their parts; return the number of vertices."""
-        used, corners = drop_unused_rows(np.concatenate(list(faces.values())), len(result.points))
+        """Replace primitives that share vertices, given by the numbers of their parts; return how many are left."""
+        faces = [result.faces[result.part_of_face == number] for number in indices]
+        if not sum(map(len, faces)):
+            return 0
+        used, corners = drop_unused_rows(np.concatenate(faces), len(result.points))
         columns = store_attributes(self.document, mesh, result, group, used, normals=normals, options=self.options)
         first, inverse = find_unique_rows(np.concatenate([one.astype(np.float64) for one in columns.values()], axis=1))
         same_names = columns.keys() == group.accessors.keys()
         # A result that is no smaller is better left as it is stored.
-        if same_names and len(first) == group.count and has_same_surface(mesh, result, list(primitives)):
+        if same_names and len(first) == group.count and has_same_surface(mesh, result, list(indices)):
             return len(first)
         accessors = {name: self._add_column(group, name, values[first]) for name, values in columns.items()}
-        ends = np.cumsum([len(own) for own in faces.values()])
-        for number, own in zip(faces, np.split(inverse[corners], ends[:-1]), strict=True):
+        primitives = self.json["meshes"][mesh.number]["primitives"]
+        ends = np.cumsum([len(own) for own in faces])
+        for index, own in zip(indices.values(), np.split(inverse[corners], ends[:-1]), strict=True):
             if len(own):
-                self._replace_primitive(primitives[number], accessors, self.new.add_indices(own, len(first)))
+                self._replace_primitive(primitives[index], accessors, self.new.add_indices(own, len(first)))
         return len(first)
 
     def _add_column(self, group: SharedVertices, name: str, values: NDArray[Any]) -> int:
