@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..material import Material
-from ..model import Indices, Mesh, Part, Values, attach_attributes, cast_indices, make_color_attribute
+from ..model import Indices, Mesh, Part, Values, attach_attributes, cast_indices, make_attribute
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh
 from .input_folder import InputFolder
@@ -120,7 +120,7 @@ def read_obj(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
         attributes.append(make_uv_attribute(_take_rows(textures, rows[:, 1], 2), parts, folder.load_image))
     if colors is not None:
         style.color_scale = 255.0 if np.nanmax(colors, initial=0.0) > 1.0 else 1.0
-        attributes.append(make_color_attribute(colors[rows[:, 0]] / style.color_scale, mesh))
+        attributes.append(make_attribute("COLOR_0", colors[rows[:, 0]] / style.color_scale, mesh))
     attach_attributes(mesh, attributes)
     if np.any(rows[:, 2] >= 0):
         mesh.normals = np.nan_to_num(_take_rows(normals, rows[:, 2], 3))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -12,18 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..material import Material
-from ..model import (
-    FACE,
-    Attribute,
-    Indices,
-    Mesh,
-    Part,
-    Values,
-    attach_attributes,
-    cast_indices,
-    make_color_attribute,
-    make_custom_attribute,
-)
+from ..model import FACE, Attribute, Indices, Mesh, Part, Values, attach_attributes, cast_indices, make_attribute
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh, join_flat_meshes
 from .input_folder import InputFolder, LoadFile
@@ -127,23 +116,22 @@ def _read_attributes(
     polygon: Indices | None = None,
 ) -> Iterator[tuple[Attribute, PlyBundle]]:
     """Yield colors, texture coordinates (with `load`) and all other columns of points, or of each face's polygon."""
-    on_faces = polygon is not None
     channels = tuple(name for name in _COLORS if name in columns)
     colors = channels if channels[:3] == _COLORS[:3] else ()
     uv = next((pair for pair in _UV if set(pair) <= columns.keys()), ()) if load else ()
     others = [(name,) for name in columns if name not in colors + uv]
     for names in filter(None, (colors, uv, *others)):
         stored = _stack_columns(columns, names)
-        values = stored if polygon is None else stored[polygon]
-        bundle = PlyBundle(names, tuple(types[name] for name in names))
-        if names == colors:
-            bundle = replace(bundle, scale=_find_color_scale(np.dtype(types["red"]), stored))
-            yield make_color_attribute(values / bundle.scale, mesh, on_faces=on_faces), bundle
-        elif names == uv and load:
-            yield make_uv_attribute(values, mesh.parts, load), bundle
+        scale = _find_color_scale(np.dtype(types["red"]), stored) if names == colors else 1.0
+        values = (stored if polygon is None else stored[polygon]) / scale
+        if names == uv and load:
+            attribute = make_uv_attribute(values, mesh.parts, load)
+        elif names == colors:
+            attribute = make_attribute("COLOR_0", values, mesh, on_faces=polygon is not None)
         else:
             whole = types[names[0]][0] != "f"
-            yield make_custom_attribute(f"_{names[0]}", values, mesh, whole=whole, on_faces=on_faces), bundle
+            attribute = make_attribute(f"_{names[0]}", values, mesh, on_faces=polygon is not None, whole=whole)
+        yield attribute, PlyBundle(names, tuple(types[name] for name in names), scale)
 
 
 def _find_color_scale(kind: np.dtype[Any], values: Values) -> float:

@@ -247,13 +247,12 @@ def write_elements(encoding: str, textures: list[str], elements: dict[str, list[
 
 def _write_text(columns: list[Column], _: str) -> bytes:
     """Write a line for each row."""
-    words: list[list[str]] = []
+    numbers: list[list[Any]] = []
     for _, kind, values in columns:
         if values.ndim > 1:
-            words.append([str(values.shape[1])] * len(values))
-        whole = values if kind.startswith("f") else values.astype(int)
-        words += [list(map(repr, column.tolist())) for column in np.atleast_2d(whole.T)]
-    return "".join(" ".join(row) + "\n" for row in zip(*words, strict=True)).encode("ascii")
+            numbers.append([values.shape[1]] * len(values))
+        numbers += np.atleast_2d((values if kind.startswith("f") else values.astype(int)).T).tolist()
+    return "".join(" ".join(map(repr, row)) + "\n" for row in zip(*numbers, strict=True)).encode("ascii")
 
 
 def _write_binary(columns: list[Column], order: str) -> bytes:

@@ -8,17 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import (
-    Attribute,
-    Indices,
-    Mesh,
-    Points,
-    SimplifiedMesh,
-    Values,
-    make_color_attribute,
-    make_custom_attribute,
-    make_label_attribute,
-)
+from ...model import Attribute, Indices, Mesh, Points, SimplifiedMesh, Values, make_attribute
 from ...options import UNKNOWN_TEXELS, Options
 from .document import Document, Json
 from .materials import Texels
@@ -153,11 +143,8 @@ def _make_attribute(name: str, values: Values, mesh: Mesh, texels: list[dict[int
         return Attribute(name, "uv", values, np.array([part.get(number, unknown) for part in texels]))
     if name == "TANGENT":
         return Attribute(name, "tangent", values, np.ones((len(texels), values.shape[1])))
-    if name.startswith(("_FEATURE_ID_", "_BATCHID")):
-        return make_label_attribute(name, values, mesh)
-    if name.startswith("COLOR_"):
-        return make_color_attribute(values, mesh, name=name)
-    return make_custom_attribute(name, values, mesh, whole=whole and name.startswith("_"), on_faces=False)
+    label = name.startswith(("_FEATURE_ID_", "_BATCHID"))
+    return make_attribute(name, values, mesh, whole=whole and name.startswith("_"), label=label)
 
 
 def store_attributes(
