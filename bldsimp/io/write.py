@@ -16,7 +16,6 @@ from .file_scene import FileScene, Written
 from .flat_mesh import FlatMesh, apply_uv_maps, flatten_result, has_same_surface, place_instance, spread_face_values
 from .gltf.build import build_document
 from .gltf.check import check_document
-from .gltf.document import Document
 from .gltf.patch import patch_document
 from .gltf.write import Placement, copy_files, embed_images, pack_document
 from .obj import make_states, write_obj
@@ -163,7 +162,8 @@ class _Output:
                 files = copy_files(json_, place, written.warnings)
         uris = [(str(entry.get("uri", "data:")), entry) for entry in json_.get("buffers", [])]
         written.bytes = sum(entry.get("byteLength", 0) for uri, entry in uris if not uri.startswith("data:"))
-        if document is not None and self._is_unchanged(document, json_, binary):
+        same_format = self.format == scene.format and document is not None and not document.decoded
+        if document is not None and same_format and json_ == document.json and binary == document.join_own_buffers():
             written.bytes += len(scene.data)
             return {**files, self.main: scene.data}
         if document is not None and document.chunks and self.format == "gltf":
@@ -173,11 +173,6 @@ class _Output:
         packed = pack_document(json_, binary, document, place, embed=embed, compact=compact)
         written.bytes += sum(map(len, packed.values()))
         return {**files, **packed}
-
-    def _is_unchanged(self, document: Document, json_: dict[str, object], binary: bytes) -> bool:
-        """Tell whether a patched document is what the file stores."""
-        same = self.format == self.scene.format and not document.decoded and json_ == document.json
-        return same and binary == document.join_own_buffers()
 
     def _make_obj(self, meshes: list[FlatMesh]) -> dict[Path, bytes]:
         """Write an OBJ file, and the material library and textures next to it."""

@@ -88,19 +88,21 @@ def pack_rows(values: NDArray[Any], kind: np.dtype[Any], *, aligned: bool) -> ND
     return rows
 
 
-def pack_views(pieces: list[tuple[Json, bytes]]) -> bytes:
+def pack_views(pieces: list[tuple[Json, bytes]], buffer: int = 0) -> bytes:
     """Lay buffer views out in one buffer, in order, and set the place of each.
 
     Parameters
     ----------
     pieces : list of (dict, bytes)
         A view's JSON, changed in place, and its data.
+    buffer : int
+        Number of the buffer.
     """
     binary = bytearray()
     for view, data in pieces:
         # Eight suffices for every component type, and for property tables.
         binary += b"\0" * (-len(binary) % 8)
-        view["buffer"], view["byteOffset"], view["byteLength"] = 0, len(binary), len(data)
+        view["buffer"], view["byteOffset"], view["byteLength"] = buffer, len(binary), len(data)
         binary += data
     return bytes(binary)
 
@@ -130,34 +132,26 @@ def replace_accessors(
     """
     if not (replaced or whole) and len(document.buffers) < 2:
         return document.join_own_buffers()
+    accessors, views = json_.get("accessors", []), json_.get("bufferViews", [])
     dropped = replaced - references.list_numbers(json_, references.ACCESSORS)
-    old = json_.get("accessors", [])
-    freed = {view for i in dropped for view in references.list_numbers(old[i], references.ACCESSOR_VIEWS)}
+    # Nothing names the views that compressed data was decoded from.
+    freed = set(range(len(views))) if document.decoded else set()
+    freed |= {view for i in dropped for view in references.list_numbers(accessors[i], references.ACCESSOR_VIEWS)}
     for accessor in new.accessors:
         accessor["bufferView"] = -1 - accessor["bufferView"]
     _replace_entries(json_, "accessors", references.ACCESSORS, dropped, new.accessors)
-    return _replace_views(document, json_, new.list_views(), freed, whole=whole, first=first)
-
-
-def _replace_views(
-    document: Document, json_: Json, new: list[tuple[Json, bytes]], freed: set[int], *, whole: bool, first: bool
-) -> bytes:
-    """Drop, number and lay out buffer views; those of new accessors are named by negative numbers."""
-    old = json_.get("bufferViews", [])
-    # Nothing names the views that compressed data was decoded from.
-    freed |= set(range(len(old))) if document.decoded else set()
     kept = references.list_numbers(json_, references.VIEWS)
     # Buffers next to the document that lose nothing stay; the others become one.
-    touched = {old[number]["buffer"] for number in freed}
+    touched = {views[number]["buffer"] for number in freed}
     buffers = enumerate(document.items("buffers"))
     merged = [i for i, entry in buffers if whole or i in touched or "uri" not in entry]
     dropped = freed - kept
-    data = {i: document.read_view(i) for i, one in enumerate(old) if i not in dropped and one["buffer"] in merged}
-    data |= {-1 - i: view for i, (_, view) in enumerate(new)}
+    data = {i: document.read_view(i) for i, one in enumerate(views) if i not in dropped and one["buffer"] in merged}
+    fresh = new.list_views()
+    data |= {-1 - i: view for i, (_, view) in enumerate(fresh)}
     if not references.list_unknown_extensions(json_):
         data |= _trim_views(json_, {i: document.read_view(i) for i in sorted(freed & kept)})
-    entries = [entry for entry, _ in new]
-    numbers = _replace_entries(json_, "bufferViews", references.VIEWS, dropped, entries)
+    numbers = _replace_entries(json_, "bufferViews", references.VIEWS, dropped, [entry for entry, _ in fresh])
     binary = _merge_buffers(json_, merged, {numbers[i]: view for i, view in data.items()}, first)
     for key in ("accessors", "bufferViews", "buffers"):
         if not json_[key]:
@@ -171,18 +165,15 @@ def _merge_buffers(json_: Json, merged: list[int], data: dict[int, bytes], first
     # A view without a buffer is an empty place.
     staying = [view for i, view in enumerate(views) if i not in data and view]
     fresh = [(view, data.get(i, bytes(4))) for i, view in enumerate(views) if i in data or not view]
-    binary = pack_views(fresh)
-    stay = [i for i in range(len(old)) if i not in merged]
-    place = 0 if first else sum(i < merged[0] for i in stay) if merged else len(stay)
-    number = {i: new + (new >= place and bool(fresh)) for new, i in enumerate(stay)}
-    for view in staying:
-        view["buffer"] = number[view["buffer"]]
-    for view, _ in fresh:
-        view["buffer"] = place
-    json_["buffers"] = [old[i] for i in stay]
+    order = [i for i in range(len(old)) if i not in merged]
+    place = 0 if first else sum(i < merged[0] for i in order) if merged else len(order)
     if fresh:
-        head = {k: v for k, v in old[merged[0]].items() if k not in ("uri", "byteLength")} if merged else {}
-        json_["buffers"].insert(place, {**head, "byteLength": len(binary)})
+        order.insert(place, -1)
+    binary = pack_views(fresh, place)
+    for view in staying:
+        view["buffer"] = order.index(view["buffer"])
+    head = {k: v for k, v in old[merged[0]].items() if k not in ("uri", "byteLength")} if merged else {}
+    json_["buffers"] = [old[i] if i >= 0 else {**head, "byteLength": len(binary)} for i in order]
     return binary
 
 

@@ -84,7 +84,6 @@ class _Builder:
     new: NewAccessors = field(default_factory=NewAccessors)
     used_images: dict[str, int] = field(default_factory=dict)
     _materials: dict[tuple[Any, ...], int] = field(default_factory=dict)
-    _textures: dict[tuple[str, bool], int] = field(default_factory=dict)
 
     def finish(self) -> bytes:
         """Assign numbers to accessors, views and images; return the data of the buffer."""
@@ -160,7 +159,8 @@ class _Builder:
             entry = self._convert_material(material or Material(""), textured, colored=colors is not None)
             if faded or (material and material.color and material.color[3] < 1.0):
                 entry["alphaMode"] = "BLEND"
-            self._materials[key] = self._append("materials", entry)
+            self._materials[key] = len(self._materials)
+            self.json.setdefault("materials", []).append(entry)
         return self._materials[key]
 
     def _convert_material(self, material: Material, textured: bool, colored: bool) -> Json:
@@ -186,7 +186,7 @@ class _Builder:
         emission: Json = {"emissiveFactor": [_clamp_to_unit(value / strength) for value in color]}
         if strength > 1.0:
             emission["extensions"] = {_EMISSIVE_STRENGTH: {"emissiveStrength": strength}}
-            self._use_extension(_EMISSIVE_STRENGTH)
+            self._add("extensionsUsed", _EMISSIVE_STRENGTH)
         return emission
 
     def _make_texture_info(self, name: str, material: Material) -> Json:
@@ -196,33 +196,26 @@ class _Builder:
             x, _, dx, _, y, dy = material.uv_map.matrix
             # glTF has v downwards: 1 - v' = y (1 - v) + 1 - y - dy.
             info["extensions"] = {TRANSFORM: {"scale": [x, y], "offset": [dx, 1.0 - y - dy]}}
-            self._use_extension(TRANSFORM)
+            self._add("extensionsUsed", TRANSFORM)
         return info
 
     def _add_texture(self, name: str, clamp: bool) -> int:
         """Add a texture and its image, unless they are there; return its number."""
         if name not in self.used_images:
             image = {"name": replace_bad_bytes(name), "mimeType": find_media_type(self.images[name])}
-            self.used_images[name] = self._append("images", image)
-        if (name, clamp) not in self._textures:
-            entry = {"source": self.used_images[name]}
-            if clamp:
-                self.json["samplers"] = [{"wrapS": _CLAMP_TO_EDGE, "wrapT": _CLAMP_TO_EDGE}]
-                entry["sampler"] = 0
-            self._textures[name, clamp] = self._append("textures", entry)
-        return self._textures[name, clamp]
+            self.used_images[name] = len(self.used_images)
+            self.json.setdefault("images", []).append(image)
+        entry = {"source": self.used_images[name]}
+        if clamp:
+            entry["sampler"] = self._add("samplers", {"wrapS": _CLAMP_TO_EDGE, "wrapT": _CLAMP_TO_EDGE})
+        return self._add("textures", entry)
 
-    def _append(self, key: str, entry: Json) -> int:
-        """Append an entry to a top-level array; return its number."""
+    def _add(self, key: str, entry: Any) -> int:
+        """Add an entry to a top-level array, unless it is there; return its number."""
         entries = self.json.setdefault(key, [])
-        entries.append(entry)
-        return len(entries) - 1
-
-    def _use_extension(self, extension: str) -> None:
-        """Name an extension among those that the document uses."""
-        used = self.json.setdefault("extensionsUsed", [])
-        if extension not in used:
-            used.append(extension)
+        if entry not in entries:
+            entries.append(entry)
+        return int(entries.index(entry))
 
 
 def _clamp_to_unit(value: float) -> float:

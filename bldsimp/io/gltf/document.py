@@ -252,12 +252,10 @@ def _split_chunks(data: bytes) -> tuple[bytes, bytes | None, list[tuple[int, byt
 def _load_buffer(entry: Json, number: int, binary: bytes | None, load: LoadFile) -> bytes:
     """Return the bytes of a buffer."""
     uri = str(entry.get("uri", ""))
-    if uri.startswith("data:"):
-        found = parse_data_uri(uri)
-        if found is None:
+    if uri:
+        found = load_uri(uri, load)
+        if found is None and uri.startswith("data:"):
             raise InputError(f"the data URI of glTF buffer {number} cannot be decoded: the file is damaged")
-    elif uri:
-        found = load(unquote(uri))
         if found is None:
             raise InputError(
                 f"glTF buffer '{unquote(uri)[:80]}' is not a file beneath the input's folder: put it there"
@@ -281,11 +279,15 @@ def load_image(document: Document, index: int, load: LoadFile) -> bytes | None:
     image = document.items("images")[index]
     if "bufferView" in image:
         return document.read_view(image["bufferView"])
-    uri = image.get("uri", "")
-    return parse_data_uri(uri) if uri.startswith("data:") else load(unquote(uri))
+    return load_uri(image.get("uri", ""), load)
 
 
-def parse_data_uri(uri: str) -> bytes | None:
+def load_uri(uri: str, load: LoadFile) -> bytes | None:
+    """Return the bytes that a URI names or contains, or None if they cannot be read."""
+    return _parse_data_uri(uri) if uri.startswith("data:") else load(unquote(uri))
+
+
+def _parse_data_uri(uri: str) -> bytes | None:
     """Return the bytes that a data URI contains, or None if it cannot be decoded."""
     head, comma, body = uri.partition(",")
     if not comma:

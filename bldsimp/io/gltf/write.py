@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-from ..input_folder import find_beneath
+from ..input_folder import InputFolder
 from ..textures import find_media_type
 from .buffers import pack_views
-from .document import Document, Json, pack_glb, parse_data_uri, write_json
+from .document import Document, Json, load_uri, pack_glb, write_json
 
 
 @dataclass
@@ -100,6 +100,7 @@ def copy_files(json_: Json, place: Placement, warnings: list[str]) -> dict[Path,
     source, target = place.source and place.source.parent, place.main.parent
     if source is None or source.resolve() == target.resolve():
         return {}
+    folder = InputFolder(source)
     found: dict[Path, bytes] = {}
     for kind in ("image", "buffer"):
         for entry in json_.get(f"{kind}s", []):
@@ -107,34 +108,30 @@ def copy_files(json_: Json, place: Placement, warnings: list[str]) -> dict[Path,
             if not uri or uri.startswith("data:") or "://" in uri:
                 continue
             name = Path(unquote(uri).replace("\\", "/"))
-            path = find_beneath(source, unquote(uri))
             if name.is_absolute() or ".." in name.parts:
                 entry["uri"] = quote(Path(os.path.relpath(source / name, target)).as_posix())
-            elif path is None:
+                continue
+            data = folder.load_image(unquote(uri))
+            if data is None:
                 warnings.append(_describe_missing(kind, uri))
             else:
-                found[target / name] = path.read_bytes()
+                found[target / name] = data
     return found
 
 
 def embed_images(json_: Json, binary: bytes, place: Placement, warnings: list[str]) -> bytes:
     """Put the images next to a document into it; return the new buffer."""
+    folder = InputFolder(place.source and place.source.parent)
     extra: list[tuple[Json, bytes]] = []
     for image in json_.get("images", []):
         uri = image.get("uri", "")
         if not uri or "://" in uri:
             continue
-        if uri.startswith("data:"):
-            data = parse_data_uri(uri)
-            if data is None:
-                # Reading warned of it; a damaged image stays as it is.
-                continue
-        else:
-            path = find_beneath(place.source and place.source.parent, unquote(uri))
-            if path is None:
-                warnings.append(_describe_missing("image", uri))
-                continue
-            data = path.read_bytes()
+        data = load_uri(uri, folder.load_image)
+        if data is None:
+            # Reading warned of a data URI that cannot be decoded.
+            warnings += [] if uri.startswith("data:") else [_describe_missing("image", uri)]
+            continue
         media = image.get("mimeType", find_media_type(data))
         if place.format == "gltf":
             image["uri"] = f"data:{media};base64," + base64.b64encode(data).decode()
