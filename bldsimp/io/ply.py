@@ -16,7 +16,7 @@ from ..model import FACE, Attribute, Indices, Mesh, Part, Values, attach_attribu
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh, join_flat_meshes
 from .input_folder import InputFolder, LoadFile
-from .ply_elements import Column, Element, read_elements, read_header, write_elements
+from .ply_elements import Column, Element, read_elements, write_elements
 from .polygons import Polygons, build_mesh
 from .textures import make_uv_attribute
 
@@ -74,8 +74,7 @@ def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
     InputError
         If the file is damaged, or has no faces.
     """
-    header = read_header(data)
-    read_elements(data, header)
+    header = read_elements(data)
     _warn_of_ignored_data(header.elements, warnings)
     elements = {element.name: element for element in header.elements}
     if "vertex" not in elements or not set(_POSITION) <= elements["vertex"].scalars.keys():

@@ -89,14 +89,8 @@ class Header:
     textures: list[str]
 
 
-def read_header(data: bytes) -> Header:
-    """Read the header of a PLY file.
-
-    Raises
-    ------
-    InputError
-        If it is damaged, or of a kind that is not known.
-    """
+def _read_header(data: bytes) -> Header:
+    """Read the header of a PLY file, without values."""
     end = re.search(rb"\bend_header[ \t\r]*\n", data[:1_000_000])
     if not data.startswith(b"ply") or end is None:
         raise InputError("no PLY header: not a PLY file, or one that ends early")
@@ -129,14 +123,16 @@ def _parse_property(words: list[str]) -> Property:
     return Property(words[4], _TYPES[words[3]], _TYPES[words[2]])
 
 
-def read_elements(data: bytes, header: Header) -> None:
-    """Read the values of a PLY file into its elements.
+def read_elements(data: bytes) -> Header:
+    """Read the header of a PLY file, and the values of its elements.
 
     Raises
     ------
     InputError
-        If the file ends early, or a list has an impossible length.
+        If the header is damaged or of a kind that is not known, the file ends early, or a list has an impossible
+        length.
     """
+    header = _read_header(data)
     place, text = header.start, header.encoding == "ascii"
     if text:
         data, place = parse_numbers(data[place:]).tobytes(), 0
@@ -151,6 +147,7 @@ def read_elements(data: bytes, header: Header) -> None:
                 element.scalars[one.name] = values
             else:
                 element.lists[one.name] = length, values
+    return header
 
 
 def _read_rows(

@@ -43,7 +43,7 @@ def list_removed_attributes(scene: FileScene, options: Options) -> list[str]:
     gone = [one for mesh in scene.meshes for one in mesh.attributes if not options.keeps(one.kind)]
     names = {one.name for one in gone}
     count = sum(not names.isdisjoint(part.attributes) for part in scene.parts)
-    return [f"removed as requested, from {_count_nouns(count, 'part')}: {_name_attributes(gone)}"] if gone else []
+    return [f"removed as requested, from {_count_parts(count)}: {_name_attributes(gone)}"] if gone else []
 
 
 def list_hidden_values(scene: FileScene, options: Options, format_: str) -> list[str]:
@@ -85,7 +85,7 @@ def list_losses(scene: FileScene, meshes: list[FlatMesh], format_: str) -> list[
     named = [one for one in materials if not (format_ == "ply" and _is_texture_only(one))]
     if named or (count > 1 and not (format_ == "ply" and scene.format == "ply")):
         but = " except color textures" if format_ == "ply" and any(one.texture for one in materials) else ""
-        found.append(f"{cannot} parts or materials{but}: those of {_count_nouns(count, 'part')} are lost")
+        found.append(f"{cannot} parts or materials{but}: those of {_count_parts(count)} are lost")
     shaded = any(one.normals is not None for one in meshes)
     if shaded and (format_ == "stl" or (format_ == "off" and scene.format != "off")):
         found.append(f"{cannot} vertex normals: lost")
@@ -144,5 +144,5 @@ def _name_attributes(attributes: list[Attribute]) -> str:
     return ", ".join(dict.fromkeys(describe_attribute(one.name) for one in attributes))
 
 
-def _count_nouns(number: int, noun: str) -> str:
-    return f"{number:,} {noun}" + ("" if number == 1 else "s")
+def _count_parts(number: int) -> str:
+    return f"{number:,} part" + ("" if number == 1 else "s")

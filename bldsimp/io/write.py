@@ -17,7 +17,7 @@ from .flat_mesh import FlatMesh, apply_uv_maps, flatten_result, has_same_surface
 from .gltf.build import build_document
 from .gltf.check import check_document
 from .gltf.patch import patch_document
-from .gltf.write import Placement, copy_files, embed_images, pack_document
+from .gltf.write import copy_files, embed_images, pack_document
 from .obj import make_states, write_obj
 from .off import write_off
 from .ply import PlyStyle, write_ply
@@ -143,7 +143,7 @@ class _Output:
     def _make_gltf(self) -> dict[Path, bytes]:
         """Patch or build a document, with its buffer and images inside or next to it."""
         scene, written, document = self.scene, self.written, self.scene.document
-        place, piped = Placement(scene.path, self.main, self.format), self.main == _PIPE
+        folder, piped = scene.path and scene.path.parent, self.main == _PIPE
         files: dict[Path, bytes] = {}
         if document is None:
             images = Sidecars(scene, self.main, written.warnings).load_textures()
@@ -157,9 +157,9 @@ class _Output:
                 document, scene, self.results, self.options, written.warnings, whole=inside, first=self.format == "glb"
             )
             if inside:
-                binary = embed_images(json_, binary, place, written.warnings)
+                binary = embed_images(json_, binary, folder, self.format, written.warnings)
             else:
-                files = copy_files(json_, place, written.warnings)
+                files = copy_files(json_, folder, self.main.parent, written.warnings)
         uris = [(str(entry.get("uri", "data:")), entry) for entry in json_.get("buffers", [])]
         written.bytes = sum(entry.get("byteLength", 0) for uri, entry in uris if not uri.startswith("data:"))
         same_format = self.format == scene.format and document is not None and not document.decoded
@@ -168,9 +168,8 @@ class _Output:
             return {**files, self.main: scene.data}
         if document is not None and document.chunks and self.format == "gltf":
             written.warnings.append("text glTF cannot store the GLB file's chunks other than JSON and BIN: lost")
-        compact = document is not None and scene.data[:4] != b"glTF" and b"\n" not in scene.data.strip()
         embed = piped or (document is not None and document.embedded)
-        packed = pack_document(json_, binary, document, place, embed=embed, compact=compact)
+        packed = pack_document(json_, binary, scene, self.main, self.format, embed=embed)
         written.bytes += sum(map(len, packed.values()))
         return {**files, **packed}
 
