@@ -1,4 +1,4 @@
-"""Read the attributes of a glTF mesh, and return those of a result in the types that the file stores them in."""
+"""Read the attributes of a glTF mesh, and return values of a result in the types that the file stores them in."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Attribute, Indices, Mesh, Points, SimplifiedMesh, Values, make_attribute
-from ...options import UNKNOWN_TEXELS, Options
+from ...model import Attribute, Indices, Mesh, Values, make_attribute
+from ...options import UNKNOWN_TEXELS
 from .document import Document, Json
 from .materials import Texels
 from .references import FEATURES, METADATA, VARIANTS
@@ -147,52 +147,7 @@ def _make_attribute(name: str, values: Values, mesh: Mesh, texels: list[dict[int
     return make_attribute(name, values, mesh, whole=whole and name.startswith("_"), label=label)
 
 
-def store_attributes(
-    document: Document,
-    mesh: Mesh,
-    result: SimplifiedMesh,
-    group: SharedVertices,
-    used: NDArray[np.int64],
-    *,
-    normals: Points | None,
-    options: Options,
-) -> dict[str, NDArray[Any]]:
-    """Return all attributes of primitives that share vertices, in the component types of the file.
-
-    Parameters
-    ----------
-    document : Document
-    mesh : Mesh
-    result : SimplifiedMesh
-    group : SharedVertices
-        The primitives' vertices before.
-    used : (n,) int64
-        Rows of the result that the primitives use.
-    normals : (r, 3) float64 or None
-        One for each row of the result, see `resolve_normals`.
-    options : Options
-    """
-    row = result.row[used]
-    kinds = {attribute.name: attribute.kind for attribute in mesh.attributes}
-    names = [name for name in group.accessors if name not in kinds or options.keeps(kinds[name])]
-    if normals is None and "TANGENT" in names and mesh.normals is not None and options.normals == "auto":
-        # Tangents mean nothing without normals.
-        normals = mesh.normals[result.row]
-    # Values as they shall be, and as they were read.
-    wanted = {"POSITION": (result.points[used], mesh.points[row])}
-    if normals is not None and normals[used].any():
-        own = normals[used]
-        wanted["NORMAL"] = own, np.zeros_like(own) if mesh.normals is None else mesh.normals[row]
-    for attribute in mesh.attributes:
-        wanted[attribute.name] = result.values(attribute)[used], attribute.values[row]
-    if "NORMAL" not in wanted:
-        names = [name for name in names if name not in ("NORMAL", "TANGENT")]
-    elif "NORMAL" not in names:
-        names.append("NORMAL")
-    return {name: _store_column(document, name, group, row, *wanted[name]) for name in names}
-
-
-def _store_column(
+def store_column(
     document: Document, name: str, group: SharedVertices, row: Indices, wanted: Values, read: Values
 ) -> NDArray[Any]:
     """Take the stored values of one attribute, except in rows of other primitives and where they changed."""

@@ -17,7 +17,7 @@ from ...stages.normals import resolve_normals
 from ...unique_rows import find_unique_rows
 from ..flat_mesh import drop_unused_rows, has_same_surface
 from . import references
-from .attributes import HARMLESS, SharedVertices, list_primitives, store_attributes
+from .attributes import HARMLESS, SharedVertices, list_primitives, store_column
 from .buffers import NewAccessors, replace_accessors
 from .document import Document, Json, copy_json
 from .materials import BareMaterials, find_uv_set
@@ -110,7 +110,7 @@ class _Patch:
         if not sum(map(len, faces)):
             return 0
         used, corners = drop_unused_rows(np.concatenate(faces), len(result.points))
-        columns = store_attributes(self.document, mesh, result, group, used, normals=normals, options=self.options)
+        columns = self._store_columns(mesh, result, normals, group, used)
         first, inverse = find_unique_rows(np.concatenate([one.astype(np.float64) for one in columns.values()], axis=1))
         same_names = columns.keys() == group.accessors.keys()
         # A result that is no smaller is better left as it is stored.
@@ -123,6 +123,29 @@ class _Patch:
             if len(own):
                 self._replace_primitive(primitives[index], accessors, self.new.add_indices(own, len(first)))
         return len(first)
+
+    def _store_columns(
+        self, mesh: Mesh, result: SimplifiedMesh, normals: Values | None, group: SharedVertices, used: NDArray[np.int64]
+    ) -> dict[str, NDArray[Any]]:
+        """Return all attributes of the rows that primitives with shared vertices use, in the types of the file."""
+        row = result.row[used]
+        kinds = {attribute.name: attribute.kind for attribute in mesh.attributes}
+        names = [name for name in group.accessors if name not in kinds or self.options.keeps(kinds[name])]
+        if normals is None and "TANGENT" in names and mesh.normals is not None and self.options.normals == "auto":
+            # Tangents mean nothing without normals.
+            normals = mesh.normals[result.row]
+        # Values as they shall be, and as they were read.
+        wanted = {"POSITION": (result.points[used], mesh.points[row])}
+        if normals is not None and normals[used].any():
+            own = normals[used]
+            wanted["NORMAL"] = own, np.zeros_like(own) if mesh.normals is None else mesh.normals[row]
+        for attribute in mesh.attributes:
+            wanted[attribute.name] = result.values(attribute)[used], attribute.values[row]
+        if "NORMAL" not in wanted:
+            names = [name for name in names if name not in ("NORMAL", "TANGENT")]
+        elif "NORMAL" not in names:
+            names.append("NORMAL")
+        return {name: store_column(self.document, name, group, row, *wanted[name]) for name in names}
 
     def _add_column(self, group: SharedVertices, name: str, values: NDArray[Any]) -> int:
         """Add values of an attribute; the new accessor has the name of the one it replaces."""
