@@ -167,23 +167,16 @@ def join_flat_meshes(meshes: list[FlatMesh]) -> FlatMesh:
     attributes = []
     for name, one in {one.name: one for flat in meshes for one in flat.attributes}.items():
         given = [flat.values(name) for flat in meshes]
-        counts = [len(flat.faces) if one.on_faces else len(flat.points) for flat in meshes]
-        attributes.append(replace(one, values=_join_values(given, counts)))
+        width = max(values.shape[1] for values in given if values is not None)
+        blocks = [np.full((len(flat.faces if one.on_faces else flat.points), width), np.nan) for flat in meshes]
+        for block, values in zip(blocks, given, strict=True):
+            if values is not None:
+                block[:, : values.shape[1]] = values
+        attributes.append(replace(one, values=np.concatenate(blocks)))
     points = np.concatenate([one.points for one in meshes])
     faces = cast_indices(np.concatenate([one.faces + start for one, start in zip(meshes, starts, strict=False)]))
     part = cast_indices(np.concatenate([one.part + at for one, at in zip(meshes, first_parts, strict=False)]))
     return FlatMesh("", points, normals, attributes, faces, part, [part for one in meshes for part in one.parts])
-
-
-def _join_values(given: list[Values | None], counts: list[int]) -> Values:
-    """Join values of so many rows each, in the width of the widest; NaN where there are none."""
-    joined = np.full((sum(counts), max(values.shape[1] for values in given if values is not None)), np.nan)
-    start = 0
-    for values, count in zip(given, counts, strict=True):
-        if values is not None:
-            joined[start : start + count, : values.shape[1]] = values
-        start += count
-    return joined
 
 
 def has_same_surface(mesh: Mesh, result: SimplifiedMesh, parts: list[int]) -> bool:
