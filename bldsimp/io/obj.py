@@ -164,12 +164,9 @@ def _read_corners(lines: list[bytes]) -> tuple[Numbers, Numbers]:
     sizes = np.diff(np.searchsorted(starts, np.flatnonzero(raw == 10)), prepend=0)
     # Stored column by column, since each column is worked on by itself.
     triples = np.zeros((len(starts), 3), np.int64, order="F")
-    if b"/" not in text:
-        triples[:, 0] = parse_numbers(text, np.int64)
-        return sizes, triples
     owner = np.searchsorted(starts, np.flatnonzero(raw == 47), side="right") - 1
     slashes = np.bincount(owner, minlength=len(starts))
-    if slashes.max() > 2:
+    if slashes.max(initial=0) > 2:
         raise InputError("an OBJ face has a corner with more than two slashes: the file is damaged")
     text = text.replace(b"//", b"/0/").replace(b"/ ", b"/0 ").replace(b"/\n", b"/0\n")
     flat = parse_numbers(text.replace(b"/", b" "), np.int64)

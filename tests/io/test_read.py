@@ -263,6 +263,8 @@ BROKEN = {
     "an OBJ index that counts back too far": ("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -4 1 2\n", "line 4"),
     "an OBJ texture index that is too large": ("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1 2/1 3/1\n", "'vt'"),
     "an OBJ point cut short": ("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nv 1 2", "vertex 4"),
+    "an OBJ index that is a sign alone": ("obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 - 2 3\n", "without a vertex number"),
+    "an OBJ coordinate that is a sign alone": ("obj", "v 0 0 0\nv 1 - 0 0\nv 0 1 0\nf 1 2 3\n", "'-' is not a number"),
     "an OBJ of words": ("obj", "v zero 0 0\nf 1 1 1\n", "'zero' is not a number"),
     "a PLY without header": ("ply", "plywood", "no PLY header"),
     "a PLY of a kind unknown": ("ply", "ply\nformat morse 1.0\nend_header\n", "'morse'"),
