@@ -77,28 +77,25 @@ def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
     header = read_elements(data)
     _warn_of_ignored_data(header.elements, warnings)
     elements = {element.name: element for element in header.elements}
-    if "vertex" not in elements or not set(_POSITION) <= elements["vertex"].scalars.keys():
+    vertex, face = (elements.get(name, Element(name, 0)) for name in ("vertex", "face"))
+    if not set(_POSITION) <= vertex.scalars.keys():
         raise InputError("the PLY file has no points with x, y and z")
-    types = elements["vertex"].types
-    face = elements.get("face", Element("face", 0))
     sizes, corners = _read_polygons(face) if "face" in elements else (np.zeros(0, np.int64), np.zeros(0, np.int32))
-    vertex, corners, wedges = _split_wedges(elements["vertex"].scalars, face, sizes, corners)
+    corners, wedges = _split_wedges(vertex, face, sizes, corners)
     parts, part = _make_parts(face.scalars, header.textures, len(sizes))
-    points = _stack_columns(vertex, _POSITION)
+    points = _stack_columns(vertex.scalars, _POSITION)
     mesh, polygon = build_mesh("", points, Polygons(sizes, corners, part), parts, warnings)
-    style = PlyStyle(header.encoding, types["x"] == "f8", wedges=wedges is not None)
-    if set(_NORMAL) <= vertex.keys():
-        mesh.normals = np.nan_to_num(_stack_columns(vertex, _NORMAL), posinf=0.0, neginf=0.0)
-        style.bundles["NORMAL"] = PlyBundle(_NORMAL, tuple(types[name] for name in _NORMAL))
+    style = PlyStyle(header.encoding, vertex.types["x"] == "f8", wedges=wedges is not None)
+    if set(_NORMAL) <= vertex.scalars.keys():
+        mesh.normals = np.nan_to_num(_stack_columns(vertex.scalars, _NORMAL), posinf=0.0, neginf=0.0)
+        style.bundles["NORMAL"] = PlyBundle(_NORMAL, tuple(vertex.types[name] for name in _NORMAL))
     attributes = [] if wedges is None else [make_uv_attribute(wedges, parts, folder.load_image)]
-    of_points = {name: column for name, column in vertex.items() if name not in _POSITION + _NORMAL}
     # Normals of faces follow from their corners.
     skipped = (*_NORMAL, "texnumber") if header.textures else _NORMAL
-    of_faces = {name: column for name, column in face.scalars.items() if name not in skipped}
     load = folder.load_image if wedges is None else None
     for attribute, bundle in (
-        *_read_attributes(mesh, of_points, types, load=load),
-        *_read_attributes(mesh, of_faces, face.types, polygon=polygon),
+        *_read_attributes(mesh, vertex, _POSITION + _NORMAL, load=load),
+        *_read_attributes(mesh, face, skipped, polygon=polygon),
     ):
         attributes.append(attribute)
         style.bundles[attribute.name] = bundle
@@ -107,14 +104,10 @@ def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
 
 
 def _read_attributes(
-    mesh: Mesh,
-    columns: dict[str, NDArray[Any]],
-    types: dict[str, str],
-    *,
-    load: LoadFile | None = None,
-    polygon: Indices | None = None,
+    mesh: Mesh, table: Element, known: tuple[str, ...], *, load: LoadFile | None = None, polygon: Indices | None = None
 ) -> Iterator[tuple[Attribute, PlyBundle]]:
     """Yield colors, texture coordinates (with `load`) and all other columns of points, or of each face's polygon."""
+    types, columns = table.types, {name: own for name, own in table.scalars.items() if name not in known}
     channels = tuple(name for name in _COLORS if name in columns)
     colors = channels if channels[:3] == _COLORS[:3] else ()
     uv = next((pair for pair in _UV if set(pair) <= columns.keys()), ()) if load else ()
@@ -157,20 +150,21 @@ def _read_polygons(face: Element) -> tuple[NDArray[np.int64], Indices]:
 
 
 def _split_wedges(
-    vertex: dict[str, NDArray[Any]], face: Element, sizes: NDArray[np.int64], corners: Indices
-) -> tuple[dict[str, NDArray[Any]], Indices, Values | None]:
-    """Return points and corners such that each point has one texture coordinate, and those, if faces have them."""
+    vertex: Element, face: Element, sizes: NDArray[np.int64], corners: Indices
+) -> tuple[Indices, Values | None]:
+    """Repeat points so that each has one texture coordinate; return corners and those, if faces have them."""
     name = next((name for name in _WEDGES if name in face.lists), None)
     if name is None or not len(corners):
-        return vertex, corners, None
+        return corners, None
     lengths, values = face.lists[name]
     uv = np.full((len(corners), 2), np.nan)
     full = lengths == 2 * sizes
     uv[np.repeat(full, sizes)] = values[np.repeat(full, lengths)].reshape(-1, 2)
-    if not full.any() or corners.min() < 0 or corners.max() >= len(vertex["x"]):
-        return vertex, corners, None
+    if not full.any() or corners.min() < 0 or corners.max() >= len(vertex.scalars["x"]):
+        return corners, None
     first, inverse = find_unique_rows(np.column_stack([corners, uv]))
-    return {key: column[corners[first]] for key, column in vertex.items()}, cast_indices(inverse), uv[first]
+    vertex.scalars = {key: column[corners[first]] for key, column in vertex.scalars.items()}
+    return cast_indices(inverse), uv[first]
 
 
 def _make_parts(face: dict[str, NDArray[Any]], textures: list[str], count: int) -> tuple[list[Part], Indices]:
