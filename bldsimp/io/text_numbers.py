@@ -23,6 +23,9 @@ def parse_numbers(text: bytes, kind: Any = np.float64) -> NDArray[Any]:
     InputError
         If a word is no number.
     """
+    if not text or text.isspace():
+        # NumPy would read a zero.
+        return np.empty(0, kind)
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=_NUMPY_WARNING)
         try:
