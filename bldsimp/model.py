@@ -171,6 +171,11 @@ class Scene:
     warnings: list[str] = field(default_factory=list)
     beside: list[str] = field(default_factory=list)
 
+    @property
+    def parts(self) -> list[Part]:
+        """Parts of all meshes."""
+        return [part for mesh in self.meshes for part in mesh.parts]
+
 
 @dataclass
 class SimplifiedMesh:
@@ -267,17 +272,10 @@ def check_finite(points: Points, corners: NDArray[Any]) -> None:
         )
 
 
-def make_color_attribute(
-    values: NDArray[np.float64], mesh: Mesh, *, name: str = "COLOR_0", on_faces: bool = False
+def make_attribute(
+    name: str, values: Values, mesh: Mesh, *, on_faces: bool = False, whole: bool = False, label: bool = False
 ) -> Attribute:
-    """Make an attribute of the colors of rows or faces, (n, 3 or 4) in 0..1, NaN where one has none."""
-    return _attribute(name, "color", values, mesh, COLOR_LEVELS, on_faces)
-
-
-def make_custom_attribute(
-    name: str, values: NDArray[np.float64], mesh: Mesh, *, whole: bool, on_faces: bool
-) -> Attribute:
-    """Make an attribute of rows or faces: whole numbers that are equal all over each face name something.
+    """Make an attribute of rows or faces: of colors, of other numbers, or of numbers that name something.
 
     Parameters
     ----------
@@ -286,24 +284,19 @@ def make_custom_attribute(
     values : (n, k) or (m, k) float64
         NaN where a row or face has none.
     mesh : Mesh
-    whole : bool
-        They are stored as whole numbers.
     on_faces : bool
+    whole : bool
+        They are stored as whole numbers: those that are equal all over each face name something.
+    label : bool
+        They name something, whatever they are, and have nothing between two values.
     """
-    if whole and (on_faces or _are_same_over_faces(values[mesh.faces])):
-        return make_label_attribute(name, values, mesh, on_faces=on_faces)
-    greatest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0)) or 1.0
-    return _attribute(name, "color", values, mesh, CUSTOM_LEVELS / greatest, on_faces)
-
-
-def make_label_attribute(name: str, values: NDArray[np.float64], mesh: Mesh, *, on_faces: bool = False) -> Attribute:
-    """Make an attribute that names something, and has nothing between two values."""
-    return _attribute(name, "feature", values, mesh, 1.0, on_faces)
-
-
-def _attribute(name: str, kind: str, values: NDArray[np.float64], mesh: Mesh, step: float, on_faces: bool) -> Attribute:
+    kind, step = "color", float(COLOR_LEVELS)
+    if label or (whole and (on_faces or _are_same_over_faces(values[mesh.faces]))):
+        kind, step = "feature", 1.0
+    elif not name.startswith("COLOR_"):
+        step = CUSTOM_LEVELS / (float(np.abs(values[np.isfinite(values)]).max(initial=0.0)) or 1.0)
     steps = np.full((len(mesh.parts), values.shape[1]), step)
-    return Attribute((FACE if on_faces else "") + name, kind, values, steps, on_faces)
+    return Attribute(FACE + name if on_faces else name, kind, values, steps, on_faces)
 
 
 def _are_same_over_faces(corners: NDArray[np.float64]) -> bool:

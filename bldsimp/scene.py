@@ -142,10 +142,9 @@ def _add_to_report(report: Report, mesh: Mesh, result: MeshResult, options: Opti
     report.before.vertices += len(mesh.used_points)
     report.after.vertices += len(np.unique(result.mesh.faces))
     report.facets += len(result.level)
-    levels = np.bincount(result.level, minlength=len(Level))
-    for level in Level:
+    for level, count in zip(Level, np.bincount(result.level, minlength=len(Level)).tolist(), strict=True):
         name = level.name.lower()
-        report.facet_levels[name] = report.facet_levels.get(name, 0) + int(levels[level])
+        report.facet_levels[name] = report.facet_levels.get(name, 0) + count
     report.fallback_reasons = dict(Counter(report.fallback_reasons) + Counter(result.reasons))
     for name, count in result.changes.items():
         setattr(report, name, getattr(report, name) + count)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import FACE, Attribute, Mesh, SimplifiedMesh, make_color_attribute, make_custom_attribute
+from .model import FACE, Attribute, Mesh, SimplifiedMesh, make_attribute
 from .options import UNKNOWN_TEXELS
 
 _COLOR, _FACE_COLOR, _MATERIAL = "COLOR_0", FACE + "COLOR_0", FACE + "MATERIAL"
@@ -59,14 +59,11 @@ def build_attributes(mesh: Mesh, columns: dict[str, NDArray[Any]], images: list[
     sizes = [(UNKNOWN_TEXELS, UNKNOWN_TEXELS) if image is None else image.size for image in images]
     found = []
     for name, array in columns.items():
-        values, on_faces = array.astype(np.float64), name.startswith(FACE)
+        values, own = array.astype(np.float64), name.removeprefix(FACE)
         if name == "TEXCOORD_0":
             found.append(Attribute(name, "uv", values, np.array(sizes, np.float64)))
-        elif name in (_COLOR, _FACE_COLOR):
-            found.append(make_color_attribute(values, mesh, on_faces=on_faces))
         else:
-            whole, own = array.dtype.kind != "f", name.removeprefix(FACE)
-            found.append(make_custom_attribute(own, values, mesh, whole=whole, on_faces=on_faces))
+            found.append(make_attribute(own, values, mesh, on_faces=own != name, whole=array.dtype.kind != "f"))
     return found
 
 

@@ -37,8 +37,13 @@ def find_unique_rows(rows: NDArray[Any]) -> tuple[NDArray[np.int64], NDArray[np.
     >>> first.tolist(), inverse.tolist()
     ([0, 1], [0, 1, 0])
     """
-    bits = _bits(rows)
-    key = _hash(bits)
+    # Numbers are equal exactly where these bits are: adding zero turns -0.0 into 0.0.
+    numbers = rows.astype(np.float64) + 0.0 if np.issubdtype(rows.dtype, np.floating) else rows.astype(np.int64)
+    bits = np.ascontiguousarray(numbers).view(np.uint64)
+    key = np.zeros(len(bits), np.uint64)
+    for column in bits.T:
+        key = (key ^ column) * _MIX
+        key ^= key >> _SHIFT
     _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
     if not np.array_equal(bits[first[inverse]], bits):
         _, first, inverse = np.unique(bits, axis=0, return_index=True, return_inverse=True)
@@ -114,19 +119,3 @@ def join_pairs(count: int, a: NDArray[np.integer[Any]], b: NDArray[np.integer[An
         label = label[label]
         if np.array_equal(label, before):
             return label
-
-
-def _bits(rows: NDArray[Any]) -> NDArray[np.uint64]:
-    """Return rows as 64-bit patterns, equal exactly where the numbers are."""
-    if np.issubdtype(rows.dtype, np.floating):
-        return np.ascontiguousarray(rows.astype(np.float64) + 0.0).view(np.uint64)
-    return np.ascontiguousarray(rows.astype(np.int64)).view(np.uint64)
-
-
-def _hash(bits: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Mix each row into one 64-bit number."""
-    key = np.zeros(len(bits), np.uint64)
-    for column in bits.T:
-        key = (key ^ column) * _MIX
-        key ^= key >> _SHIFT
-    return key

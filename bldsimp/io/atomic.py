@@ -43,8 +43,7 @@ def replace_files(files: dict[Path, bytes]) -> None:
             where = path
             if path.exists() and not path.is_file():
                 # By its own name: what /dev/stdout or /dev/fd/3 lead to need not have one.
-                with open(path, "wb") as stream:
-                    stream.write(data)
+                path.write_bytes(data)
                 continue
             target = Path(os.path.realpath(path))
             temporary_path = target.with_name(f".bldsimp-{_machine()}-{os.getpid()}-{secrets.token_hex(4)}.tmp")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,21 +67,9 @@ def flatten_result(mesh: Mesh, result: SimplifiedMesh, options: Options) -> Flat
         # Unchanged parts keep their own.
         normals = np.zeros_like(result.points)
         normals[result.faces[fixed]] = mesh.normals[result.row][result.faces[fixed]]
-    rows, faces = drop_unused_rows(result.faces, len(result.points))
-    attributes = []
-    for one in mesh.attributes:
-        if options.keeps(one.kind):
-            values = result.values(one)
-            attributes.append(replace(one, values=values if one.on_faces else values[rows]))
-    return FlatMesh(
-        name=mesh.name,
-        points=result.points[rows],
-        normals=None if normals is None else normals[rows],
-        attributes=attributes,
-        faces=faces,
-        part=result.part_of_face,
-        parts=mesh.parts,
-    )
+    attributes = [replace(one, values=result.values(one)) for one in mesh.attributes if options.keeps(one.kind)]
+    flat = FlatMesh(mesh.name, result.points, normals, attributes, result.faces, result.part_of_face, mesh.parts)
+    return _select_rows(flat, *drop_unused_rows(result.faces, len(result.points)))
 
 
 def drop_unused_rows(faces: Faces, count: int) -> tuple[NDArray[np.int64], Faces]:
@@ -155,13 +144,14 @@ def spread_face_values(flat: FlatMesh) -> FlatMesh:
 def _split_corners(flat: FlatMesh) -> FlatMesh:
     """Give each corner of each face a row of its own."""
     corners = flat.faces.reshape(-1)
-    return replace(
-        flat,
-        points=flat.points[corners],
-        normals=None if flat.normals is None else flat.normals[corners],
-        attributes=[one if one.on_faces else replace(one, values=one.values[corners]) for one in flat.attributes],
-        faces=cast_indices(np.arange(len(corners))).reshape(-1, 3),
-    )
+    return _select_rows(flat, corners, cast_indices(np.arange(len(corners))).reshape(-1, 3))
+
+
+def _select_rows(flat: FlatMesh, rows: NDArray[Any], faces: Faces) -> FlatMesh:
+    """Take some rows of a mesh, and faces in terms of them."""
+    normals = None if flat.normals is None else flat.normals[rows]
+    attributes = [one if one.on_faces else replace(one, values=one.values[rows]) for one in flat.attributes]
+    return replace(flat, points=flat.points[rows], normals=normals, attributes=attributes, faces=faces)
 
 
 def join_flat_meshes(meshes: list[FlatMesh]) -> FlatMesh:
@@ -177,28 +167,16 @@ def join_flat_meshes(meshes: list[FlatMesh]) -> FlatMesh:
     attributes = []
     for name, one in {one.name: one for flat in meshes for one in flat.attributes}.items():
         given = [flat.values(name) for flat in meshes]
-        counts = [len(flat.faces) if one.on_faces else len(flat.points) for flat in meshes]
-        attributes.append(replace(one, values=_join_values(given, counts)))
-    return FlatMesh(
-        name="",
-        points=np.concatenate([one.points for one in meshes]),
-        normals=normals,
-        attributes=attributes,
-        faces=cast_indices(np.concatenate([one.faces + start for one, start in zip(meshes, starts, strict=False)])),
-        part=cast_indices(np.concatenate([one.part + at for one, at in zip(meshes, first_parts, strict=False)])),
-        parts=[part for one in meshes for part in one.parts],
-    )
-
-
-def _join_values(given: list[Values | None], counts: list[int]) -> Values:
-    """Join values of so many rows each, in the width of the widest; NaN where there are none."""
-    joined = np.full((sum(counts), max(values.shape[1] for values in given if values is not None)), np.nan)
-    start = 0
-    for values, count in zip(given, counts, strict=True):
-        if values is not None:
-            joined[start : start + count, : values.shape[1]] = values
-        start += count
-    return joined
+        width = max(values.shape[1] for values in given if values is not None)
+        blocks = [np.full((len(flat.faces if one.on_faces else flat.points), width), np.nan) for flat in meshes]
+        for block, values in zip(blocks, given, strict=True):
+            if values is not None:
+                block[:, : values.shape[1]] = values
+        attributes.append(replace(one, values=np.concatenate(blocks)))
+    points = np.concatenate([one.points for one in meshes])
+    faces = cast_indices(np.concatenate([one.faces + start for one, start in zip(meshes, starts, strict=False)]))
+    part = cast_indices(np.concatenate([one.part + at for one, at in zip(meshes, first_parts, strict=False)]))
+    return FlatMesh("", points, normals, attributes, faces, part, [part for one in meshes for part in one.parts])
 
 
 def has_same_surface(mesh: Mesh, result: SimplifiedMesh, parts: list[int]) -> bool:

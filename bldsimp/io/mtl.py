@@ -97,14 +97,13 @@ class _Draft:
         """Return the material that the lines describe."""
         color = next((value for key, value in self.maps.items() if key.lower() == "map_kd"), None)
         others = tuple((key, value) for key, value in self.maps.items() if key.lower() != "map_kd")
-        numbers, unsupported = dict(self.numbers), dict.fromkeys(self.unsupported)
-        if "Ke" in numbers and any(key.lower() == "map_ke" for key, _ in others):
+        if "Ke" in self.numbers and any(key.lower() == "map_ke" for key, _ in others):
             # Without its texture, which only MTL can name, the whole surface would glow.
-            del numbers["Ke"]
-            unsupported["Ke"] = None
+            del self.numbers["Ke"]
+            self.unsupported.append("Ke")
         return Material(
-            name, self.color, color, others, self.repeats,
-            uv_map=self.uv_map, clamp=self.clamp, numbers=tuple(numbers.items()), unsupported=tuple(unsupported),
+            name, self.color, color, others, self.repeats, uv_map=self.uv_map, clamp=self.clamp,
+            numbers=tuple(self.numbers.items()), unsupported=tuple(dict.fromkeys(self.unsupported)),
         )  # fmt: skip
 
     def add_texture(self, key: str, value: str) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..material import Material
-from ..model import Indices, Mesh, Part, Values, attach_attributes, cast_indices, make_color_attribute
+from ..model import Indices, Mesh, Part, Values, attach_attributes, cast_indices, make_attribute
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh
 from .input_folder import InputFolder
@@ -37,9 +37,8 @@ class ObjState:
 
     def describe(self) -> str:
         """Name the part as the user knows it."""
-        return (
-            " / ".join(replace_bad_bytes(text) for text in (self.object, self.group, self.material) if text) or "mesh"
-        )
+        texts = filter(None, (self.object, self.group, self.material))
+        return " / ".join(map(replace_bad_bytes, texts)) or "mesh"
 
 
 @dataclass
@@ -120,7 +119,7 @@ def read_obj(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
         attributes.append(make_uv_attribute(_take_rows(textures, rows[:, 1], 2), parts, folder.load_image))
     if colors is not None:
         style.color_scale = 255.0 if np.nanmax(colors, initial=0.0) > 1.0 else 1.0
-        attributes.append(make_color_attribute(colors[rows[:, 0]] / style.color_scale, mesh))
+        attributes.append(make_attribute("COLOR_0", colors[rows[:, 0]] / style.color_scale, mesh))
     attach_attributes(mesh, attributes)
     if np.any(rows[:, 2] >= 0):
         mesh.normals = np.nan_to_num(_take_rows(normals, rows[:, 2], 3))
@@ -165,12 +164,9 @@ def _read_corners(lines: list[bytes]) -> tuple[Numbers, Numbers]:
     sizes = np.diff(np.searchsorted(starts, np.flatnonzero(raw == 10)), prepend=0)
     # Stored column by column, since each column is worked on by itself.
     triples = np.zeros((len(starts), 3), np.int64, order="F")
-    if b"/" not in text:
-        triples[:, 0] = parse_numbers(text, np.int64)
-        return sizes, triples
     owner = np.searchsorted(starts, np.flatnonzero(raw == 47), side="right") - 1
     slashes = np.bincount(owner, minlength=len(starts))
-    if slashes.max() > 2:
+    if slashes.max(initial=0) > 2:
         raise InputError("an OBJ face has a corner with more than two slashes: the file is damaged")
     text = text.replace(b"//", b"/0/").replace(b"/ ", b"/0 ").replace(b"/\n", b"/0\n")
     flat = parse_numbers(text.replace(b"/", b" "), np.int64)
@@ -221,18 +217,14 @@ def _number_rows(triples: Numbers, count: int) -> tuple[Numbers, Numbers]:
 def _read_states(lines: list[bytes], keys: NDArray[np.bytes_], face_lines: Numbers) -> tuple[list[ObjState], Indices]:
     """Return the distinct states that faces are in, and the state of each face."""
     state_lines = np.flatnonzero(np.isin(keys, list(_STATE)))
+    history = [ObjState()]
+    for line in state_lines:
+        key, _, value = lines[line].partition(b" ")
+        text = value.strip().decode("utf-8", "surrogateescape")
+        history.append(replace(history[-1], **{_STATE[key]: "" if key == b"s" and text in ("off", "0") else text}))
     runs, run_of_face = np.unique(np.searchsorted(state_lines, face_lines), return_inverse=True)
-    current = dict.fromkeys(_STATE.values(), "")
-    states: dict[ObjState, int] = {}
-    state_of_run = np.zeros(len(runs), np.int32)
-    start = 0
-    for number, end in enumerate(runs):
-        for line in state_lines[start:end]:
-            key, _, value = lines[line].partition(b" ")
-            text = value.strip().decode("utf-8", "surrogateescape")
-            current[_STATE[key]] = "" if key == b"s" and text in ("off", "0") else text
-        start = end
-        state_of_run[number] = states.setdefault(ObjState(**current), len(states))
+    states = {state: number for number, state in enumerate(dict.fromkeys(history[run] for run in runs))}
+    state_of_run = np.array([states[history[run]] for run in runs], np.int32)
     return list(states), state_of_run[run_of_face]
 
 
@@ -267,10 +259,27 @@ def write_obj(
     vertices : int
         Distinct corners.
     """
-    writer = _ObjWriter([f"mtllib {name}" for name in libraries])
+    lines = [f"mtllib {name}" for name in libraries]
+    counts = {"v": 0, "vt": 0, "vn": 0}
+    vertices, state = 0, ObjState()
     for flat, own in zip(meshes, states, strict=True):
-        writer.add_mesh(flat, own, color_scale)
-    return ("\n".join(writer.lines) + "\n").encode("utf-8", "surrogateescape"), writer.vertices
+        # The number of each row of v, vt and vn, 0 for rows without.
+        columns = np.zeros((len(flat.points), 3), np.int64)
+        for column, (key, values) in zip(columns.T, _collect_rows(flat, color_scale).items(), strict=True):
+            present = np.flatnonzero(~np.isnan(values).all(axis=1))
+            first, inverse = find_unique_rows(values[present])
+            column[present] = inverse + counts[key] + 1
+            counts[key] += len(first)
+            lines += _write_rows(key, values[present[first]])
+        vertices += len(find_unique_rows(columns)[0])
+        words = np.array(_name_corners(columns[flat.faces.reshape(-1)]), object).reshape(-1, 3)
+        order = np.argsort(flat.part, kind="stable")
+        parts, starts = np.unique(flat.part[order], return_index=True)
+        for part, rows in zip(parts, np.split(order, starts[1:]), strict=True):
+            lines += _write_changes(state, own[part])
+            state = own[part]
+            lines += [f"f {a} {b} {c}" for a, b, c in words[rows].tolist()]
+    return ("\n".join(lines) + "\n").encode("utf-8", "surrogateescape"), vertices
 
 
 def make_states(flat: FlatMesh, names: dict[Material, str]) -> list[ObjState]:
@@ -289,58 +298,31 @@ def make_states(flat: FlatMesh, names: dict[Material, str]) -> list[ObjState]:
     ]
 
 
-class _ObjWriter:
-    """Lines of a file, and the counts and the state that later lines build on."""
+def _collect_rows(flat: FlatMesh, color_scale: float) -> dict[str, Values]:
+    """Return the values of v, vt and vn for each row of a mesh, NaN where it has none."""
+    positions, colors = flat.points, flat.values("COLOR_0")
+    if colors is not None:
+        stored = colors[:, :3] if color_scale == 1.0 else np.round(colors[:, :3] * color_scale, 3)
+        positions = np.concatenate([positions, stored], axis=1)
+    uv, normals, none = flat.values("TEXCOORD_0"), flat.normals, np.full((len(positions), 1), np.nan)
+    if normals is not None:
+        normals = np.where(normals.any(axis=1, keepdims=True), normals, np.nan)
+    return {"v": positions, "vt": none if uv is None else uv, "vn": none if normals is None else normals}
 
-    def __init__(self, lines: list[str]) -> None:
-        self.lines = lines
-        self.counts = {"v": 0, "vt": 0, "vn": 0}
-        self.state = ObjState()
-        self.vertices = 0
 
-    def add_mesh(self, flat: FlatMesh, states: list[ObjState], color_scale: float) -> None:
-        """Add the `v`, `vt` and `vn` lines of a mesh, and its faces part by part."""
-        positions, colors, normals = flat.points, flat.values("COLOR_0"), flat.normals
-        if colors is not None:
-            stored = colors[:, :3] if color_scale == 1.0 else np.round(colors[:, :3] * color_scale, 3)
-            positions = np.concatenate([positions, stored], axis=1)
-        if normals is not None:
-            normals = np.where(normals.any(axis=1, keepdims=True), normals, np.nan)
-        given = {"v": positions, "vt": flat.values("TEXCOORD_0"), "vn": normals}
-        columns = np.stack([self._add_rows(key, values, len(positions)) for key, values in given.items()], axis=1)
-        self.vertices += len(find_unique_rows(columns)[0])
-        words = np.array(_name_corners(columns[flat.faces.reshape(-1)]), object).reshape(-1, 3)
-        order = np.argsort(flat.part, kind="stable")
-        parts, starts = np.unique(flat.part[order], return_index=True)
-        for part, rows in zip(parts, np.split(order, starts[1:]), strict=True):
-            self._enter(states[part])
-            self.lines += [f"f {a} {b} {c}" for a, b, c in words[rows].tolist()]
+def _write_rows(key: str, rows: Values) -> list[str]:
+    """Return the lines of rows; a point without a color has NaN after its position."""
+    if rows.shape[1] == 3 and not np.isnan(rows).any():
+        return [f"{key} {x!r} {y!r} {z!r}" for x, y, z in rows.tolist()]
+    return [" ".join([key, *(repr(value) for value in row if not math.isnan(value))]) for row in rows.tolist()]
 
-    def _add_rows(self, key: str, values: Values | None, count: int) -> Numbers:
-        """Add the distinct rows of one kind; return the number of each, 0 for rows without."""
-        numbers = np.zeros(count, np.int64)
-        if values is None:
-            return numbers
-        present = ~np.isnan(values).all(axis=1)
-        first, inverse = find_unique_rows(values[present])
-        numbers[present] = inverse + self.counts[key] + 1
-        self.counts[key] += len(first)
-        distinct = values[present][first]
-        if distinct.shape[1] == 3 and not np.isnan(distinct).any():
-            self.lines += [f"{key} {x!r} {y!r} {z!r}" for x, y, z in distinct.tolist()]
-            return numbers
-        for row in distinct.tolist():
-            # A point without a color has NaN after its position.
-            self.lines.append(" ".join([key, *(repr(value) for value in row if not math.isnan(value))]))
-        return numbers
 
-    def _enter(self, new: ObjState) -> None:
-        """Add the lines that lead from the state so far to another."""
-        for key, name in _STATE.items():
-            value = getattr(new, name)
-            if value != getattr(self.state, name):
-                self.lines.append(f"{key.decode()} {value or ('off' if key == b's' else '')}".rstrip())
-        self.state = new
+def _write_changes(before: ObjState, after: ObjState) -> list[str]:
+    """Return the lines that lead from one state to another."""
+    changes = {
+        key: getattr(after, name) for key, name in _STATE.items() if getattr(after, name) != getattr(before, name)
+    }
+    return [f"{key.decode()} {value or ('off' if key == b's' else '')}".rstrip() for key, value in changes.items()]
 
 
 def _name_corners(columns: Numbers) -> list[str]:

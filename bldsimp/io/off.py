@@ -9,18 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..model import (
-    FACE,
-    Attribute,
-    Indices,
-    Mesh,
-    Part,
-    Values,
-    attach_attributes,
-    cast_indices,
-    make_color_attribute,
-    make_custom_attribute,
-)
+from ..model import FACE, Attribute, Indices, Mesh, Part, Values, attach_attributes, cast_indices, make_attribute
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh, join_flat_meshes
 from .polygons import Polygons, build_mesh
@@ -123,12 +112,12 @@ def _read_extra_numbers(mesh: Mesh, style: OffStyle, of_points: Values, of_faces
         of_points = of_points[:, :-2]
     if of_points.shape[1] >= 3:
         style.vertex_scale = _find_off_scale(of_points)
-        attributes.append(make_color_attribute(of_points[:, :4] / style.vertex_scale, mesh))
+        attributes.append(make_attribute("COLOR_0", of_points[:, :4] / style.vertex_scale, mesh))
     if of_faces.shape[1] >= 3:
         style.face_scale = _find_off_scale(of_faces)
-        attributes.append(make_color_attribute(of_faces / style.face_scale, mesh, on_faces=True))
+        attributes.append(make_attribute("COLOR_0", of_faces / style.face_scale, mesh, on_faces=True))
     elif of_faces.shape[1]:
-        attributes.append(make_custom_attribute("_color", of_faces[:, :1], mesh, whole=True, on_faces=True))
+        attributes.append(make_attribute("_color", of_faces[:, :1], mesh, on_faces=True, whole=True))
     return attributes
 
 

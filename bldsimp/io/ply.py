@@ -12,22 +12,11 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..material import Material
-from ..model import (
-    FACE,
-    Attribute,
-    Indices,
-    Mesh,
-    Part,
-    Values,
-    attach_attributes,
-    cast_indices,
-    make_color_attribute,
-    make_custom_attribute,
-)
+from ..model import FACE, Attribute, Indices, Mesh, Part, Values, attach_attributes, cast_indices, make_attribute
 from ..unique_rows import find_unique_rows
 from .flat_mesh import FlatMesh, join_flat_meshes
 from .input_folder import InputFolder, LoadFile
-from .ply_elements import Column, Columns, Element, read_elements, read_header, write_elements
+from .ply_elements import Column, Element, read_elements, write_elements
 from .polygons import Polygons, build_mesh
 from .textures import make_uv_attribute
 
@@ -85,31 +74,28 @@ def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
     InputError
         If the file is damaged, or has no faces.
     """
-    header = read_header(data)
-    columns = read_elements(data, header)
+    header = read_elements(data)
     _warn_of_ignored_data(header.elements, warnings)
-    if "vertex" not in columns or not set(_POSITION) <= columns["vertex"].scalars.keys():
+    elements = {element.name: element for element in header.elements}
+    vertex, face = (elements.get(name, Element(name, 0)) for name in ("vertex", "face"))
+    if not set(_POSITION) <= vertex.scalars.keys():
         raise InputError("the PLY file has no points with x, y and z")
-    types = {element.name: element.types for element in header.elements}
-    face = columns.get("face", Columns())
-    sizes, corners = _read_polygons(face) if "face" in columns else (np.zeros(0, np.int64), np.zeros(0, np.int32))
-    vertex, corners, wedges = _split_wedges(columns["vertex"].scalars, face, sizes, corners)
+    sizes, corners = _read_polygons(face) if "face" in elements else (np.zeros(0, np.int64), np.zeros(0, np.int32))
+    corners, wedges = _split_wedges(vertex, face, sizes, corners)
     parts, part = _make_parts(face.scalars, header.textures, len(sizes))
-    points = _stack_columns(vertex, _POSITION)
+    points = _stack_columns(vertex.scalars, _POSITION)
     mesh, polygon = build_mesh("", points, Polygons(sizes, corners, part), parts, warnings)
-    style = PlyStyle(header.encoding, types["vertex"]["x"] == "f8", wedges=wedges is not None)
-    if set(_NORMAL) <= vertex.keys():
-        mesh.normals = np.nan_to_num(_stack_columns(vertex, _NORMAL), posinf=0.0, neginf=0.0)
-        style.bundles["NORMAL"] = PlyBundle(_NORMAL, tuple(types["vertex"][name] for name in _NORMAL))
+    style = PlyStyle(header.encoding, vertex.types["x"] == "f8", wedges=wedges is not None)
+    if set(_NORMAL) <= vertex.scalars.keys():
+        mesh.normals = np.nan_to_num(_stack_columns(vertex.scalars, _NORMAL), posinf=0.0, neginf=0.0)
+        style.bundles["NORMAL"] = PlyBundle(_NORMAL, tuple(vertex.types[name] for name in _NORMAL))
     attributes = [] if wedges is None else [make_uv_attribute(wedges, parts, folder.load_image)]
-    of_points = {name: column for name, column in vertex.items() if name not in _POSITION + _NORMAL}
     # Normals of faces follow from their corners.
     skipped = (*_NORMAL, "texnumber") if header.textures else _NORMAL
-    of_faces = {name: column for name, column in face.scalars.items() if name not in skipped}
     load = folder.load_image if wedges is None else None
     for attribute, bundle in (
-        *_read_attributes(mesh, of_points, types["vertex"], load=load),
-        *_read_attributes(mesh, of_faces, types.get("face", {}), polygon=polygon),
+        *_read_attributes(mesh, vertex, _POSITION + _NORMAL, load=load),
+        *_read_attributes(mesh, face, skipped, polygon=polygon),
     ):
         attributes.append(attribute)
         style.bundles[attribute.name] = bundle
@@ -118,38 +104,26 @@ def read_ply(data: bytes, folder: InputFolder, warnings: list[str]) -> tuple[Mes
 
 
 def _read_attributes(
-    mesh: Mesh,
-    columns: dict[str, NDArray[Any]],
-    types: dict[str, str],
-    *,
-    load: LoadFile | None = None,
-    polygon: Indices | None = None,
+    mesh: Mesh, table: Element, known: tuple[str, ...], *, load: LoadFile | None = None, polygon: Indices | None = None
 ) -> Iterator[tuple[Attribute, PlyBundle]]:
     """Yield colors, texture coordinates (with `load`) and all other columns of points, or of each face's polygon."""
-    on_faces = polygon is not None
-
-    def take(names: tuple[str, ...]) -> Values:
-        values = _stack_columns(columns, names)
-        for name in names:
-            del columns[name]
-        return values
-
-    def bundle(names: tuple[str, ...], scale: float = 1.0) -> PlyBundle:
-        return PlyBundle(names, tuple(types[name] for name in names), scale)
-
+    types, columns = table.types, {name: own for name, own in table.scalars.items() if name not in known}
     channels = tuple(name for name in _COLORS if name in columns)
-    if channels[:3] == _COLORS[:3]:
-        values = take(channels)
-        scale = _find_color_scale(np.dtype(types["red"]), values)
-        values = (values if polygon is None else values[polygon]) / scale
-        yield make_color_attribute(values, mesh, on_faces=on_faces), bundle(channels, scale)
-    pair = next((pair for pair in _UV if set(pair) <= columns.keys()), None) if load else None
-    if load and pair:
-        yield make_uv_attribute(take(pair), mesh.parts, load), bundle(pair)
-    for name in list(columns):
-        values = take((name,))
-        values, whole = values if polygon is None else values[polygon], types[name][0] != "f"
-        yield make_custom_attribute(f"_{name}", values, mesh, whole=whole, on_faces=on_faces), bundle((name,))
+    colors = channels if channels[:3] == _COLORS[:3] else ()
+    uv = next((pair for pair in _UV if set(pair) <= columns.keys()), ()) if load else ()
+    others = [(name,) for name in columns if name not in colors + uv]
+    for names in filter(None, (colors, uv, *others)):
+        stored = _stack_columns(columns, names)
+        scale = _find_color_scale(np.dtype(types["red"]), stored) if names == colors else 1.0
+        values = (stored if polygon is None else stored[polygon]) / scale
+        if names == uv and load:
+            attribute = make_uv_attribute(values, mesh.parts, load)
+        elif names == colors:
+            attribute = make_attribute("COLOR_0", values, mesh, on_faces=polygon is not None)
+        else:
+            whole = types[names[0]][0] != "f"
+            attribute = make_attribute(f"_{names[0]}", values, mesh, on_faces=polygon is not None, whole=whole)
+        yield attribute, PlyBundle(names, tuple(types[name] for name in names), scale)
 
 
 def _find_color_scale(kind: np.dtype[Any], values: Values) -> float:
@@ -163,7 +137,7 @@ def _stack_columns(columns: dict[str, NDArray[Any]], names: tuple[str, ...]) -> 
     return np.stack([columns[name].astype(np.float64) for name in names], axis=1)
 
 
-def _read_polygons(face: Columns) -> tuple[NDArray[np.int64], Indices]:
+def _read_polygons(face: Element) -> tuple[NDArray[np.int64], Indices]:
     """Return sizes and corners of the faces."""
     name = next((name for name in _CORNERS if name in face.lists), None)
     if name is None:
@@ -176,20 +150,21 @@ def _read_polygons(face: Columns) -> tuple[NDArray[np.int64], Indices]:
 
 
 def _split_wedges(
-    vertex: dict[str, NDArray[Any]], face: Columns, sizes: NDArray[np.int64], corners: Indices
-) -> tuple[dict[str, NDArray[Any]], Indices, Values | None]:
-    """Return points and corners such that each point has one texture coordinate, and those, if faces have them."""
+    vertex: Element, face: Element, sizes: NDArray[np.int64], corners: Indices
+) -> tuple[Indices, Values | None]:
+    """Repeat points so that each has one texture coordinate; return corners and those, if faces have them."""
     name = next((name for name in _WEDGES if name in face.lists), None)
     if name is None or not len(corners):
-        return vertex, corners, None
+        return corners, None
     lengths, values = face.lists[name]
     uv = np.full((len(corners), 2), np.nan)
     full = lengths == 2 * sizes
     uv[np.repeat(full, sizes)] = values[np.repeat(full, lengths)].reshape(-1, 2)
-    if not full.any() or corners.min() < 0 or corners.max() >= len(vertex["x"]):
-        return vertex, corners, None
+    if not full.any() or corners.min() < 0 or corners.max() >= len(vertex.scalars["x"]):
+        return corners, None
     first, inverse = find_unique_rows(np.column_stack([corners, uv]))
-    return {key: column[corners[first]] for key, column in vertex.items()}, cast_indices(inverse), uv[first]
+    vertex.scalars = {key: column[corners[first]] for key, column in vertex.scalars.items()}
+    return cast_indices(inverse), uv[first]
 
 
 def _make_parts(face: dict[str, NDArray[Any]], textures: list[str], count: int) -> tuple[list[Part], Indices]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -43,11 +43,24 @@ class Property:
 
 @dataclass
 class Element:
-    """A table of the file."""
+    """A table of the file.
+
+    Attributes
+    ----------
+    name : str
+    rows : int
+    properties : list of Property
+    scalars : dict of str to array
+        Values by the name of the property.
+    lists : dict of str to (array, array)
+        Lengths, and values end to end.
+    """
 
     name: str
     rows: int
     properties: list[Property] = field(default_factory=list)
+    scalars: dict[str, NDArray[Any]] = field(default_factory=dict)
+    lists: dict[str, tuple[NDArray[np.int64], NDArray[Any]]] = field(default_factory=dict)
 
     @property
     def types(self) -> dict[str, str]:
@@ -76,22 +89,8 @@ class Header:
     textures: list[str]
 
 
-@dataclass
-class Columns:
-    """An element's values: scalars by name; lists by name as lengths and values end to end."""
-
-    scalars: dict[str, NDArray[Any]] = field(default_factory=dict)
-    lists: dict[str, tuple[NDArray[np.int64], NDArray[Any]]] = field(default_factory=dict)
-
-
-def read_header(data: bytes) -> Header:
-    """Read the header of a PLY file.
-
-    Raises
-    ------
-    InputError
-        If it is damaged, or of a kind that is not known.
-    """
+def _read_header(data: bytes) -> Header:
+    """Read the header of a PLY file, without values."""
     end = re.search(rb"\bend_header[ \t\r]*\n", data[:1_000_000])
     if not data.startswith(b"ply") or end is None:
         raise InputError("no PLY header: not a PLY file, or one that ends early")
@@ -124,52 +123,57 @@ def _parse_property(words: list[str]) -> Property:
     return Property(words[4], _TYPES[words[3]], _TYPES[words[2]])
 
 
-def read_elements(data: bytes, header: Header) -> dict[str, Columns]:
-    """Read the values of a PLY file, by the name of the element.
+def read_elements(data: bytes) -> Header:
+    """Read the header of a PLY file, and the values of its elements.
 
     Raises
     ------
     InputError
-        If the file ends early, or a list has an impossible length.
+        If the header is damaged or of a kind that is not known, the file ends early, or a list has an impossible
+        length.
     """
-    elements, place = header.elements, header.start
-    if header.encoding == "ascii":
-        # Text becomes doubles, whatever the header says: the digits are what is stored.
+    header = _read_header(data)
+    place, text = header.start, header.encoding == "ascii"
+    if text:
         data, place = parse_numbers(data[place:]).tobytes(), 0
-        elements = [
-            Element(one.name, one.rows, [replace(p, type="f8", count=p.count and "f8") for p in one.properties])
-            for one in elements
-        ]
-    columns = {}
-    for element in elements:
-        columns[element.name], place = _read_rows(data, place, ENCODINGS[header.encoding], element)
-    return columns
+    for element in header.elements:
+        props = element.properties
+        if text:
+            # Text becomes doubles, whatever the header says: the digits are what is stored.
+            props = [Property(one.name, "f8", one.count and "f8") for one in props]
+        columns, lengths, place = _read_rows(data, place, ENCODINGS[header.encoding], element, props)
+        for one, values, length in zip(props, columns, lengths, strict=True):
+            if one.count is None:
+                element.scalars[one.name] = values
+            else:
+                element.lists[one.name] = length, values
+    return header
 
 
-def _read_rows(data: bytes, place: int, order: str, element: Element) -> tuple[Columns, int]:
-    """Read the rows of an element, all at once if their lists are equally long; return also where they end."""
-    props = element.properties
-    if not element.rows or not props:
-        return _split_rows(np.zeros(0, _lay_out_row(props, [0] * len(props), order)), props), place
+def _read_rows(
+    data: bytes, place: int, order: str, element: Element, props: list[Property]
+) -> tuple[list[NDArray[Any]], NDArray[np.int64], int]:
+    """Return the values of each property end to end, how many there are in each row, (p, rows), and where all end.
+
+    Rows whose lists are equally long are read all at once.
+    """
+    count = element.rows if props else 0
     sizes = [np.dtype(one.count or one.type).itemsize for one in props]
-    if place + sum(sizes) * element.rows > len(data):
+    if place + sum(sizes) * count > len(data):
         raise _ends_early(element)
-    starts, lengths, _ = _find_lists(data, place, order, element, 1)
-    kind = _lay_out_row(props, lengths[:, 0].tolist(), order)
-    if place + kind.itemsize * element.rows <= len(data):
-        rows = np.frombuffer(data, kind, element.rows, place)
-        if all(np.all(rows[f"n{i}"] == rows[f"n{i}"][0]) for i, one in enumerate(props) if one.count):
-            return _split_rows(rows, props), place + rows.nbytes
-    starts, lengths, end = _find_lists(data, place, order, element, element.rows)
-    raw, columns = np.frombuffer(data, np.uint8), Columns()
+    _, lengths, _ = _find_lists(data, place, order, element, props, min(count, 1))
+    kind = _lay_out_row(props, [int(own.sum()) for own in lengths], order)
+    if place + kind.itemsize * count <= len(data):
+        rows = np.frombuffer(data, kind, count, place) if count else np.zeros(0, kind)
+        if all(np.all(rows[f"n{i}"] == lengths[i]) for i, one in enumerate(props) if one.count):
+            columns = [rows[f"v{i}"].reshape(-1) for i in range(len(props))]
+            return columns, np.repeat(lengths[:, :1], count, axis=1), place + rows.nbytes
+    starts, lengths, end = _find_lists(data, place, order, element, props, count)
+    raw, columns = np.frombuffer(data, np.uint8), []
     for one, start, length in zip(props, starts, lengths, strict=True):
         own = np.dtype(order + one.type)
-        values = raw[index_slices(start, length * own.itemsize)].view(own)
-        if one.count is None:
-            columns.scalars[one.name] = values
-        else:
-            columns.lists[one.name] = length, values
-    return columns, end
+        columns.append(raw[index_slices(start, length * own.itemsize)].view(own))
+    return columns, lengths, end
 
 
 def _lay_out_row(props: list[Property], lengths: list[int], order: str) -> np.dtype[Any]:
@@ -183,25 +187,13 @@ def _lay_out_row(props: list[Property], lengths: list[int], order: str) -> np.dt
     return np.dtype(fields)
 
 
-def _split_rows(rows: NDArray[Any], props: list[Property]) -> Columns:
-    """Split rows whose lists are equally long into columns."""
-    columns = Columns()
-    for number, one in enumerate(props):
-        values = rows[f"v{number}"]
-        if one.count is None:
-            columns.scalars[one.name] = values
-        else:
-            columns.lists[one.name] = np.full(len(rows), values.shape[1]), values.reshape(-1)
-    return columns
-
-
 def _find_lists(
-    data: bytes, place: int, order: str, element: Element, rows: int
+    data: bytes, place: int, order: str, element: Element, props: list[Property], rows: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], int]:
     """Return where the values of each property start in each row, how many there are, (p, rows), and where all end."""
     steps = [
         (np.dtype(one.type).itemsize, struct.Struct(order + _LENGTHS[one.count]) if one.count else None)
-        for one in element.properties
+        for one in props
     ]
     starts = np.empty((len(steps), rows), np.int64)
     lengths = np.ones((len(steps), rows), np.int64)
@@ -252,13 +244,12 @@ def write_elements(encoding: str, textures: list[str], elements: dict[str, list[
 
 def _write_text(columns: list[Column], _: str) -> bytes:
     """Write a line for each row."""
-    words: list[list[str]] = []
+    numbers: list[list[Any]] = []
     for _, kind, values in columns:
         if values.ndim > 1:
-            words.append([str(values.shape[1])] * len(values))
-        whole = values if kind.startswith("f") else values.astype(int)
-        words += [list(map(repr, column.tolist())) for column in np.atleast_2d(whole.T)]
-    return "".join(" ".join(row) + "\n" for row in zip(*words, strict=True)).encode("ascii")
+            numbers.append([values.shape[1]] * len(values))
+        numbers += np.atleast_2d((values if kind.startswith("f") else values.astype(int)).T).tolist()
+    return "".join(" ".join(map(repr, row)) + "\n" for row in zip(*numbers, strict=True)).encode("ascii")
 
 
 def _write_binary(columns: list[Column], order: str) -> bytes:

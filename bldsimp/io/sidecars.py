@@ -37,7 +37,7 @@ class Sidecars:
     def load_textures(self) -> dict[str, bytes]:
         """Load the color textures of the scene, to embed them; return their bytes by name."""
         found: dict[str, bytes] = {}
-        for material in _list_materials(part for mesh in self.scene.meshes for part in mesh.parts):
+        for material in list_materials(self.scene.parts):
             if material.texture and material.texture not in found:
                 image = self._load_texture(material.texture, material)
                 if image is not None:
@@ -57,7 +57,7 @@ class Sidecars:
     def add_library(self, meshes: list[FlatMesh]) -> tuple[list[str], dict[Material, str]]:
         """Add a material library and its textures; return its name, if any, and the name of each material in it."""
         names: dict[Material, str] = {}
-        for material in _list_materials(part for one in meshes for part in one.used_parts()):
+        for material in list_materials(part for one in meshes for part in one.used_parts()):
             # Two materials may have one name in other formats.
             base = " ".join(material.name.split())
             name, count = base, 1
@@ -77,7 +77,7 @@ class Sidecars:
         found: dict[str, str] = {}
         for one in meshes:
             if one.values("TEXCOORD_0") is not None:
-                for material in _list_materials(one.used_parts()):
+                for material in list_materials(one.used_parts()):
                     name = self._add_texture(material.texture, material) if material.texture not in found else None
                     if material.texture and name:
                         found[material.texture] = name
@@ -121,6 +121,6 @@ class Sidecars:
         return uri.replace("\\", "/"), data
 
 
-def _list_materials(parts: Iterable[Part]) -> list[Material]:
+def list_materials(parts: Iterable[Part]) -> list[Material]:
     """List the materials of parts, each once."""
     return list(dict.fromkeys(part.material for part in parts if part.material is not None))

@@ -13,7 +13,7 @@ WORTH_MOVING = 4.0
 """Move the origin only if that makes the rounding so many times smaller."""
 
 
-def measure_rounding(points: Points, origin: Points | None = None) -> float:
+def measure_rounding(points: Points, origin: Points | float = 0.0) -> float:
     """Return the greatest distance between points and their single-precision copies about an origin.
 
     Infinite beyond the range of single precision. Never below the truth: if the difference itself is rounded, that is
@@ -21,7 +21,6 @@ def measure_rounding(points: Points, origin: Points | None = None) -> float:
     """
     if not len(points):
         return 0.0
-    origin = np.zeros(3) if origin is None else origin
     local = points - origin
     error = np.abs(_round_points(points, origin) - local)
     inexact = (local + origin != points) | (points - local != origin)
@@ -29,7 +28,7 @@ def measure_rounding(points: Points, origin: Points | None = None) -> float:
     return float(np.sqrt((error**2).sum(axis=1).max())) * (1.0 + 4e-16) if error.any() else 0.0
 
 
-def count_merged_points(points: Points, origin: Points | None = None) -> int:
+def count_merged_points(points: Points, origin: Points | float = 0.0) -> int:
     """Count the distinct points that are no longer distinct in single precision about an origin."""
     return len(find_unique_rows(points)[0]) - len(find_unique_rows(_round_points(points, origin))[0])
 
@@ -44,7 +43,7 @@ def count_after_rounding(meshes: list[list[tuple[Points, Faces]]]) -> Counts:
     """
     after = Counts(watertight=True)
     for instances in meshes:
-        surfaces = [count_defects(_round_points(points, None), faces) for points, faces in instances]
+        surfaces = [count_defects(_round_points(points, 0.0), faces) for points, faces in instances]
         worst = max(surfaces, key=lambda one: (one.open_edges + one.nonmanifold_edges, -one.points))
         for name in ("points", "triangles", "open_edges", "nonmanifold_edges"):
             setattr(after, name, getattr(after, name) + getattr(worst, name))
@@ -52,10 +51,10 @@ def count_after_rounding(meshes: list[list[tuple[Points, Faces]]]) -> Counts:
     return after
 
 
-def _round_points(points: Points, origin: Points | None) -> Points:
+def _round_points(points: Points, origin: Points | float) -> Points:
     """Round points about an origin to single precision, as double again."""
     with np.errstate(over="ignore", under="ignore"):
-        return (points if origin is None else points - origin).astype(np.float32).astype(np.float64)
+        return (points - origin).astype(np.float32).astype(np.float64)
 
 
 def choose_origin(points: Points) -> Values:

@@ -23,6 +23,9 @@ def parse_numbers(text: bytes, kind: Any = np.float64) -> NDArray[Any]:
     InputError
         If a word is no number.
     """
+    if not text or text.isspace():
+        # NumPy would read a zero.
+        return np.empty(0, kind)
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=_NUMPY_WARNING)
         try:
@@ -54,8 +57,12 @@ def parse_rows(lines: Sequence[bytes]) -> tuple[Values, NDArray[np.int64]]:
         if len(flat) == (width + 1) * len(lines) and np.isposinf(flat[width :: width + 1]).all():
             return flat.reshape(len(lines), width + 1)[:, :width], np.full(len(lines), width)
     sizes = np.array([len(line.split()) for line in lines], np.int64)
-    rows = np.full((len(lines), int(sizes.max(initial=0))), np.nan)
-    rows[np.arange(rows.shape[1]) < sizes[:, None]] = parse_numbers(b" ".join(lines))
+    rows, text = np.full((len(lines), int(sizes.max(initial=0))), np.nan), b" ".join(lines)
+    flat = parse_numbers(text)
+    # The parser takes a sign alone for that of the next number.
+    if len(flat) != sizes.sum():
+        raise InputError(f"{_describe_bad_word(text, np.float64)}: the file is damaged")
+    rows[np.arange(rows.shape[1]) < sizes[:, None]] = flat
     return rows, sizes
 
 

@@ -20,21 +20,18 @@ _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "imag
 
 
 def make_uv_attribute(values: Values, parts: list[Part], load: LoadFile) -> Attribute:
-    """Make an attribute of texture coordinates, (n, 2), NaN where a row has none."""
-    return Attribute("TEXCOORD_0", "uv", values, measure_textures(parts, load))
-
-
-def measure_textures(parts: list[Part], load: LoadFile) -> Values:
-    """Return for each part width and height of the largest image that its material reads, (p, 2); texels.
+    """Make an attribute of texture coordinates; a unit is worth the texels of the largest image of each material.
 
     Parameters
     ----------
+    values : (n, 2) float64
+        NaN where a row has none.
     parts : list of Part
     load : function of a relative path
         Returns the bytes of a file next to the model, or None.
     """
     sizes: dict[str, ImageSize] = {}
-    found = np.full((len(parts), 2), float(UNKNOWN_TEXELS))
+    steps = np.full((len(parts), 2), float(UNKNOWN_TEXELS))
     for row, part in enumerate(parts):
         material = part.material
         if material is None or not material.textures:
@@ -43,8 +40,8 @@ def measure_textures(parts: list[Part], load: LoadFile) -> Values:
             if name not in sizes:
                 data = material.image if material.image is not None and name == material.texture else load(name)
                 sizes[name] = read_image_size(data or b"") or (UNKNOWN_TEXELS, UNKNOWN_TEXELS)
-        found[row] = np.max([sizes[name] for name in material.textures], axis=0) * material.repeats
-    return found
+        steps[row] = np.max([sizes[name] for name in material.textures], axis=0) * material.repeats
+    return Attribute("TEXCOORD_0", "uv", values, steps)
 
 
 def find_media_type(data: bytes) -> str:
@@ -78,16 +75,6 @@ def read_image_size(data: bytes) -> ImageSize | None:
                 return None
             return size if size is not None and min(size) > 0 else None
     return None
-
-
-def _read_pair(layout: str, place: int) -> Callable[[bytes], ImageSize]:
-    """Return a function that reads width and height at a fixed place."""
-
-    def read(data: bytes) -> ImageSize:
-        width, height = struct.unpack_from(layout, data, place)
-        return width, height
-
-    return read
 
 
 def _read_jpeg(data: bytes) -> ImageSize | None:
@@ -128,17 +115,12 @@ def _read_bmp(data: bytes) -> ImageSize:
     return width, abs(height)
 
 
-def _read_dds(data: bytes) -> ImageSize:
-    """Read the height, then the width."""
-    height, width = struct.unpack_from("<II", data, 12)
-    return width, height
-
-
 _READERS: dict[bytes, Callable[[bytes], ImageSize | None]] = {
-    b"\x89PNG\r\n\x1a\n": _read_pair(">II", 16),
+    b"\x89PNG\r\n\x1a\n": lambda data: struct.unpack_from(">II", data, 16),
     b"\xff\xd8": _read_jpeg,
     b"RIFF": _read_webp,
-    b"\xabKTX 20\xbb\r\n\x1a\n": _read_pair("<II", 20),
+    b"\xabKTX 20\xbb\r\n\x1a\n": lambda data: struct.unpack_from("<II", data, 20),
     b"BM": _read_bmp,
-    b"DDS ": _read_dds,
+    # Height comes before width.
+    b"DDS ": lambda data: struct.unpack_from("<II", data, 12)[::-1],
 }

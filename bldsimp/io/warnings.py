@@ -11,6 +11,7 @@ from .file_scene import FileScene
 from .flat_mesh import FlatMesh, spread_face_values
 from .gltf.document import ARRAYS, Document
 from .gltf.references import VARIANTS
+from .sidecars import list_materials
 from .stl import STL_BYTES
 
 _WORDS = {
@@ -41,25 +42,22 @@ def list_removed_attributes(scene: FileScene, options: Options) -> list[str]:
         return []
     gone = [one for mesh in scene.meshes for one in mesh.attributes if not options.keeps(one.kind)]
     names = {one.name for one in gone}
-    count = sum(not names.isdisjoint(part.attributes) for mesh in scene.meshes for part in mesh.parts)
-    return [f"removed as requested, from {_count_nouns(count, 'part')}: {_name_attributes(gone)}"] if gone else []
+    count = sum(not names.isdisjoint(part.attributes) for part in scene.parts)
+    return [f"removed as requested, from {_count_parts(count)}: {_name_attributes(gone)}"] if gone else []
 
 
 def list_hidden_values(scene: FileScene, options: Options, format_: str) -> list[str]:
     """Describe values of vertices that those of faces replace, if the format has one place for both."""
     if format_ not in ("glb", "gltf", "obj"):
         return []
+    format_name, stored = ("OBJ", _STORED["obj"]) if format_ == "obj" else ("glTF", _STORED["glb"])
     lost = []
     for mesh in scene.meshes:
-        present = {own.name for own in mesh.attributes if options.keeps(own.kind)}
-        lost += [own for own in mesh.attributes if own.name in present and FACE + own.name in present]
-    if format_ == "obj":
-        lost = [own for own in lost if re.fullmatch(_STORED["obj"], own.name)]
-    format_name = "OBJ" if format_ == "obj" else "glTF"
-    message = (
-        f"{format_name} cannot store {_name_attributes(lost)} of both vertices and faces: those of vertices are lost"
-    )
-    return [message] if lost else []
+        present = {own.name: own for own in mesh.attributes if options.keeps(own.kind)}
+        both = [own for name, own in present.items() if FACE + name in present]
+        lost += [own for own in both if re.fullmatch(stored, own.name)]
+    what = f"{_name_attributes(lost)} of both vertices and faces"
+    return [f"{format_name} cannot store {what}: those of vertices are lost"] if lost else []
 
 
 def list_losses(scene: FileScene, meshes: list[FlatMesh], format_: str) -> list[str]:
@@ -77,17 +75,17 @@ def list_losses(scene: FileScene, meshes: list[FlatMesh], format_: str) -> list[
     other = _list_document_contents(scene.document) if scene.document else []
     if other:
         found.append(f"{cannot} {', '.join(other)} of the glTF document: lost")
-    materials = [part.material for mesh in scene.meshes for part in mesh.parts]
+    materials, count = list_materials(scene.parts), len(scene.parts)
     if format_ == "obj":
-        unsupported = dict.fromkeys(key for one in materials if one is not None for key in one.unsupported)
+        unsupported = dict.fromkeys(key for one in materials for key in one.unsupported)
         if unsupported and scene.format != "obj":
             found.append(f"MTL cannot store {', '.join(unsupported)} of materials: lost")
         return found
     found += _list_missing_libraries(scene) if format_ == "ply" else []
-    named = [one for one in materials if one is not None and not (format_ == "ply" and _is_texture_only(one))]
-    if named or (len(materials) > 1 and not (format_ == "ply" and scene.format == "ply")):
-        but = " except color textures" if format_ == "ply" and any(one and one.texture for one in materials) else ""
-        found.append(f"{cannot} parts or materials{but}: those of {_count_nouns(len(materials), 'part')} are lost")
+    named = [one for one in materials if not (format_ == "ply" and _is_texture_only(one))]
+    if named or (count > 1 and not (format_ == "ply" and scene.format == "ply")):
+        but = " except color textures" if format_ == "ply" and any(one.texture for one in materials) else ""
+        found.append(f"{cannot} parts or materials{but}: those of {_count_parts(count)} are lost")
     shaded = any(one.normals is not None for one in meshes)
     if shaded and (format_ == "stl" or (format_ == "off" and scene.format != "off")):
         found.append(f"{cannot} vertex normals: lost")
@@ -117,13 +115,8 @@ def _list_document_contents(document: Document) -> list[str]:
 
 def list_gltf_losses(scene: FileScene) -> list[str]:
     """Describe what a new glTF document cannot store."""
-    materials = [part.material for mesh in scene.meshes for part in mesh.parts]
-    others = dict.fromkeys(
-        key
-        for one in materials
-        if one is not None
-        for key in (*one.unsupported, *(statement for statement, _ in one.other_textures))
-    )
+    lost = [[*one.unsupported, *dict(one.other_textures)] for one in list_materials(scene.parts)]
+    others = dict.fromkeys(key for keys in lost for key in keys)
     found = [f"glTF cannot store {', '.join(others)} of materials: lost"] if others else []
     return _list_missing_libraries(scene) + found
 
@@ -151,5 +144,5 @@ def _name_attributes(attributes: list[Attribute]) -> str:
     return ", ".join(dict.fromkeys(describe_attribute(one.name) for one in attributes))
 
 
-def _count_nouns(number: int, noun: str) -> str:
-    return f"{number:,} {noun}" + ("" if number == 1 else "s")
+def _count_parts(number: int) -> str:
+    return f"{number:,} part" + ("" if number == 1 else "s")

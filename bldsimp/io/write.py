@@ -10,16 +10,14 @@ from typing import BinaryIO
 from ..errors import OutputError, UsageError
 from ..model import SimplifiedMesh
 from ..options import AUTO_DIAGONAL, Options
-from ..report import Counts
 from ..tolerance import measure_diagonal, measure_epsilon
 from .atomic import replace_files, write_stream
-from .file_scene import FileScene
+from .file_scene import FileScene, Written
 from .flat_mesh import FlatMesh, apply_uv_maps, flatten_result, has_same_surface, place_instance, spread_face_values
 from .gltf.build import build_document
 from .gltf.check import check_document
-from .gltf.document import Document
 from .gltf.patch import patch_document
-from .gltf.write import Placement, copy_files, embed_images, pack_document
+from .gltf.write import copy_files, embed_images, pack_document
 from .obj import make_states, write_obj
 from .off import write_off
 from .ply import PlyStyle, write_ply
@@ -32,30 +30,6 @@ WRITABLE = ("glb", "gltf", "obj", "ply", "off", "stl")
 """Formats that bldsimp writes."""
 
 _PIPE = Path("-")
-
-
-@dataclass
-class Written:
-    """Figures of what was written.
-
-    Attributes
-    ----------
-    bytes : int
-        Of the file, and of buffers and material libraries next to it; images do not count.
-    vertices : int
-        Distinct positions with normal and attributes.
-    rounding : float
-        Greatest distance by which storing moved a point, model units in world space.
-    after : Counts or None
-        Counts of what is stored, if storing merged points.
-    warnings : list of str
-    """
-
-    bytes: int = 0
-    vertices: int = 0
-    rounding: float = 0.0
-    after: Counts | None = None
-    warnings: list[str] = field(default_factory=list)
 
 
 def write(
@@ -157,11 +131,11 @@ class _Output:
             data, written.vertices = write_off(meshes, scene.off)
         else:
             written.rounding = max(measure_rounding(one.points) for one in meshes)
-            merged = sum(count_merged_points(one.points) for one in meshes)
-            if merged:
+            written.merged_points = sum(count_merged_points(one.points) for one in meshes)
+            if written.merged_points:
                 stored = [[(one.points, one.faces) for one in placed] for placed in instances]
                 written.after = count_after_rounding(stored)
-            self._warn_of_rounding("STL", merged)
+            self._warn_of_rounding("STL")
             data, written.vertices = write_stl(meshes)
         written.bytes = len(data)
         return {**files, self.main: data}
@@ -169,14 +143,12 @@ class _Output:
     def _make_gltf(self) -> dict[Path, bytes]:
         """Patch or build a document, with its buffer and images inside or next to it."""
         scene, written, document = self.scene, self.written, self.scene.document
-        place, piped = Placement(scene.path, self.main, self.format), self.main == _PIPE
+        folder, piped = scene.path and scene.path.parent, self.main == _PIPE
         files: dict[Path, bytes] = {}
         if document is None:
             images = Sidecars(scene, self.main, written.warnings).load_textures()
-            built = build_document(scene, self.results, self.options, images)
-            json_, binary = built.json, built.binary
-            written.vertices, written.rounding, written.after = built.vertices, built.rounding, built.after
-            self._warn_of_rounding("glTF", built.merged_points)
+            json_, binary = build_document(scene, self.results, self.options, images, written)
+            self._warn_of_rounding("glTF")
             written.warnings += list_gltf_losses(scene)
         else:
             inside = piped or (self.format == "glb" and scene.format == "gltf")
@@ -185,26 +157,21 @@ class _Output:
                 document, scene, self.results, self.options, written.warnings, whole=inside, first=self.format == "glb"
             )
             if inside:
-                binary = embed_images(json_, binary, place, written.warnings)
+                binary = embed_images(json_, binary, folder, self.format, written.warnings)
             else:
-                files = copy_files(json_, place, written.warnings)
+                files = copy_files(json_, folder, self.main.parent, written.warnings)
         uris = [(str(entry.get("uri", "data:")), entry) for entry in json_.get("buffers", [])]
         written.bytes = sum(entry.get("byteLength", 0) for uri, entry in uris if not uri.startswith("data:"))
-        if document is not None and self._is_unchanged(document, json_, binary):
+        same_format = self.format == scene.format and document is not None and not document.decoded
+        if document is not None and same_format and json_ == document.json and binary == document.join_own_buffers():
             written.bytes += len(scene.data)
             return {**files, self.main: scene.data}
         if document is not None and document.chunks and self.format == "gltf":
             written.warnings.append("text glTF cannot store the GLB file's chunks other than JSON and BIN: lost")
-        compact = document is not None and scene.data[:4] != b"glTF" and b"\n" not in scene.data.strip()
         embed = piped or (document is not None and document.embedded)
-        packed = pack_document(json_, binary, document, place, embed=embed, compact=compact)
+        packed = pack_document(json_, binary, scene, self.main, self.format, embed=embed)
         written.bytes += sum(map(len, packed.values()))
         return {**files, **packed}
-
-    def _is_unchanged(self, document: Document, json_: dict[str, object], binary: bytes) -> bool:
-        """Tell whether a patched document is what the file stores."""
-        same = self.format == self.scene.format and not document.decoded and json_ == document.json
-        return same and binary == document.join_own_buffers()
 
     def _make_obj(self, meshes: list[FlatMesh]) -> dict[Path, bytes]:
         """Write an OBJ file, and the material library and textures next to it."""
@@ -250,15 +217,15 @@ class _Output:
         self.written.rounding = 0.0 if double else moved
         return replace(style, double=double)
 
-    def _warn_of_rounding(self, format_name: str, merged: int) -> None:
+    def _warn_of_rounding(self, format_name: str) -> None:
         """Describe how single precision changed the points, if it did so more than the file's own numbers do."""
         written, after = self.written, self.written.after
         if not math.isfinite(written.rounding):
             raise OutputError(f"the coordinates are too large for {format_name}: write PLY, OBJ or OFF")
         if after is not None:
             written.warnings.append(
-                f"the single precision of {format_name} merged {merged:,} points: {after.points:,} are left, with"
-                f" {after.open_edges:,} open and {after.nonmanifold_edges:,} non-manifold edges"
+                f"the single precision of {format_name} merged {written.merged_points:,} points: {after.points:,} are"
+                f" left, with {after.open_edges:,} open and {after.nonmanifold_edges:,} non-manifold edges"
             )
         if written.rounding > max(measure_epsilon(self.scene), AUTO_DIAGONAL * measure_diagonal(self.scene)):
             written.warnings.append(

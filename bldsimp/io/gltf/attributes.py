@@ -1,4 +1,4 @@
-"""Read the attributes of a glTF mesh, and return those of a result in the types that the file stores them in."""
+"""Read the attributes of a glTF mesh, and return values of a result in the types that the file stores them in."""
 
 from __future__ import annotations
 
@@ -8,18 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import (
-    Attribute,
-    Indices,
-    Mesh,
-    Points,
-    SimplifiedMesh,
-    Values,
-    make_color_attribute,
-    make_custom_attribute,
-    make_label_attribute,
-)
-from ...options import UNKNOWN_TEXELS, Options
+from ...model import Attribute, Indices, Mesh, Values, make_attribute
+from ...options import UNKNOWN_TEXELS
 from .document import Document, Json
 from .materials import Texels
 from .references import FEATURES, METADATA, VARIANTS
@@ -35,24 +25,20 @@ _SKIN = ("JOINTS_", "WEIGHTS_")
 _UV = "TEXCOORD_"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SharedVertices:
     """Rows of a mesh that are the vertices of one or more primitives.
 
     Attributes
     ----------
-    accessors : tuple of (str, int)
-        Names of all their attributes, and the accessors that hold them.
+    accessors : dict of str to int
+        By name of each of their attributes, the accessor that holds it.
     start, count : int
     """
 
-    accessors: tuple[tuple[str, int], ...]
+    accessors: dict[str, int]
     start: int
     count: int
-
-    def accessor(self, name: str) -> int | None:
-        """Return the accessor of an attribute, or None if the rows have none."""
-        return dict(self.accessors).get(name)
 
 
 def list_primitives(document: Document, number: int) -> list[tuple[int, Json, SharedVertices]]:
@@ -66,7 +52,7 @@ def list_primitives(document: Document, number: int) -> list[tuple[int, Json, Sh
         # Two primitives share vertices only if all their attributes are the same.
         key = tuple(sorted(own.items()))
         if key not in shared:
-            shared[key] = SharedVertices(tuple(own.items()), start, len(document.read_accessor(own["POSITION"])))
+            shared[key] = SharedVertices(own, start, len(document.read_accessor(own["POSITION"])))
             start += shared[key].count
         found.append((index, primitive, shared[key]))
     return found
@@ -114,9 +100,9 @@ def read_attributes(
         For each part the result of `TextureSizes.measure`.
     """
     found = []
-    for name in dict.fromkeys(name for group in groups for name, _ in group.accessors):
-        users = [(group, group.accessor(name)) for group in groups]
-        own = [(group, number) for group, number in users if number is not None and _is_read(document, name, number)]
+    for name in dict.fromkeys(name for group in groups for name in group.accessors):
+        users = [(group, group.accessors[name]) for group in groups if name in group.accessors]
+        own = [(group, number) for group, number in users if _is_read(document, name, number)]
         if own:
             values = _read_values(document, name, own, len(mesh.points))
             whole = all(document.find_step(number) == 1.0 for _, number in own)
@@ -157,65 +143,17 @@ def _make_attribute(name: str, values: Values, mesh: Mesh, texels: list[dict[int
         return Attribute(name, "uv", values, np.array([part.get(number, unknown) for part in texels]))
     if name == "TANGENT":
         return Attribute(name, "tangent", values, np.ones((len(texels), values.shape[1])))
-    if name.startswith(("_FEATURE_ID_", "_BATCHID")):
-        return make_label_attribute(name, values, mesh)
-    if name.startswith("COLOR_"):
-        return make_color_attribute(values, mesh, name=name)
-    return make_custom_attribute(name, values, mesh, whole=whole and name.startswith("_"), on_faces=False)
+    label = name.startswith(("_FEATURE_ID_", "_BATCHID"))
+    return make_attribute(name, values, mesh, whole=whole and name.startswith("_"), label=label)
 
 
-def store_attributes(
-    document: Document,
-    mesh: Mesh,
-    result: SimplifiedMesh,
-    group: SharedVertices,
-    used: NDArray[np.int64],
-    *,
-    normals: Points | None,
-    options: Options,
-) -> dict[str, NDArray[Any]]:
-    """Return all attributes of primitives that share vertices, in the component types of the file.
-
-    Parameters
-    ----------
-    document : Document
-    mesh : Mesh
-    result : SimplifiedMesh
-    group : SharedVertices
-        The primitives' vertices before.
-    used : (n,) int64
-        Rows of the result that the primitives use.
-    normals : (r, 3) float64 or None
-        One for each row of the result, see `resolve_normals`.
-    options : Options
-    """
-    row = result.row[used]
-    kinds = {attribute.name: attribute.kind for attribute in mesh.attributes}
-    names = [name for name, _ in group.accessors if name not in kinds or options.keeps(kinds[name])]
-    if normals is None and "TANGENT" in names and mesh.normals is not None and options.normals == "auto":
-        # Tangents mean nothing without normals.
-        normals = mesh.normals[result.row]
-    # Values as they shall be, and as they were read.
-    wanted = {"POSITION": (result.points[used], mesh.points[row])}
-    if normals is not None and normals[used].any():
-        own = normals[used]
-        wanted["NORMAL"] = own, np.zeros_like(own) if mesh.normals is None else mesh.normals[row]
-    for attribute in mesh.attributes:
-        wanted[attribute.name] = result.values(attribute)[used], attribute.values[row]
-    if "NORMAL" not in wanted:
-        names = [name for name in names if name not in ("NORMAL", "TANGENT")]
-    elif "NORMAL" not in names:
-        names.append("NORMAL")
-    return {name: _store_column(document, name, group, row, *wanted[name]) for name in names}
-
-
-def _store_column(
+def store_column(
     document: Document, name: str, group: SharedVertices, row: Indices, wanted: Values, read: Values
 ) -> NDArray[Any]:
     """Take the stored values of one attribute, except in rows of other primitives and where they changed."""
-    number = group.accessor(name)
+    number = group.accessors.get(name)
     if number is None:
-        return _to_gltf(name, wanted).astype(np.float32)
+        return to_gltf(name, wanted).astype(np.float32)
     stored, normalized = document.read_accessor(number), document.items("accessors")[number].get("normalized")
     place = row - group.start
     inside = (place >= 0) & (place < group.count)
@@ -224,13 +162,13 @@ def _store_column(
     fresh = np.flatnonzero(~(inside & same.all(axis=1)))
     if len(fresh):
         # Points that are welded or moved may take rows of another primitive.
-        taken = _to_gltf(name, wanted[fresh])[:, : values.shape[1]]
+        taken = to_gltf(name, wanted[fresh])[:, : values.shape[1]]
         values[fresh, : taken.shape[1]] = _to_component(taken, values.dtype, normalized)
     return values
 
 
-def _to_gltf(name: str, numbers: Values) -> Values:
-    """Return numbers as glTF has them: v downwards, nothing missing."""
+def to_gltf(name: str, numbers: Values) -> Values:
+    """Return numbers as glTF has them: v downwards, nothing missing, not even the normals of some rows."""
     if name.startswith(_UV):
         numbers = np.stack([numbers[:, 0], 1.0 - numbers[:, 1]], axis=1)
     elif name == "NORMAL":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -41,28 +41,27 @@ class NewAccessors:
     views: dict[tuple[int, int], bytearray] = field(default_factory=dict)
     _numbers: dict[tuple[str, bytes], int] = field(default_factory=dict)
 
-    def add_vertices(self, values: NDArray[Any], *, normalized: bool = False, bounds: bool = False, **more: Any) -> int:
-        """Add a vertex attribute, with `bounds` also its exact least and greatest values; return its number.
+    def add_vertices(self, name: str, values: NDArray[Any], more: Json) -> int:
+        """Add a vertex attribute, positions with their exact least and greatest values; return its number.
 
         `more` are members of the accessor that do not follow from its values, such as its name.
         """
-        kind = values.dtype.newbyteorder("<")
-        rows = pack_rows(values, kind, aligned=True)
-        if normalized:
-            more["normalized"] = True
-        if bounds:
-            more |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
-        return self._add(_VERTICES, rows.shape[1], rows.tobytes(), {**_describe_values(kind, values.shape), **more})
+        if name == "POSITION":
+            more = {**more, "min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+        return self._add(_VERTICES, values, more)
 
     def add_indices(self, corners: NDArray[Any], count: int) -> int:
         """Add the corners of triangles, in 16 bits if `count` vertices allow it; return their number."""
         # The greatest 16-bit number restarts a strip, and must not name a vertex.
         kind = np.dtype("<u2") if count <= 65535 else np.dtype("<u4")
-        values = np.ascontiguousarray(corners.reshape(-1, 1), kind)
-        return self._add(_INDICES, 0, values.tobytes(), _describe_values(kind, values.shape))
+        return self._add(_INDICES, corners.reshape(-1, 1).astype(kind), {})
 
-    def _add(self, target: int, stride: int, data: bytes, entry: Json) -> int:
-        """Add data to the view for its kind, unless it is there; return its number."""
+    def _add(self, target: int, values: NDArray[Any], more: Json) -> int:
+        """Add values to the view for their kind, unless they are there; return their number."""
+        kind = values.dtype.newbyteorder("<")
+        rows = pack_rows(values, kind, aligned=target == _VERTICES)
+        stride, data = rows.shape[1] if target == _VERTICES else 0, rows.tobytes()
+        entry = {"componentType": _CODES[kind], "count": len(values), "type": _TYPES[values.shape[1]], **more}
         key = json.dumps([target, entry], sort_keys=True), hashlib.sha256(data).digest()
         if key not in self._numbers:
             self._numbers[key] = len(self.accessors)
@@ -81,11 +80,6 @@ class NewAccessors:
         ]
 
 
-def _describe_values(kind: np.dtype[Any], shape: tuple[int, ...]) -> Json:
-    """Return the members of an accessor that follow from its values."""
-    return {"componentType": _CODES[kind], "count": shape[0], "type": _TYPES[shape[1]]}
-
-
 def pack_rows(values: NDArray[Any], kind: np.dtype[Any], *, aligned: bool) -> NDArray[np.uint8]:
     """Return numbers, (n, k), as bytes of a component type, (n, stride); `aligned` rows start at multiples of four."""
     width = values.shape[1] * kind.itemsize
@@ -94,19 +88,21 @@ def pack_rows(values: NDArray[Any], kind: np.dtype[Any], *, aligned: bool) -> ND
     return rows
 
 
-def pack_views(pieces: list[tuple[Json, bytes]]) -> bytes:
+def pack_views(pieces: list[tuple[Json, bytes]], buffer: int = 0) -> bytes:
     """Lay buffer views out in one buffer, in order, and set the place of each.
 
     Parameters
     ----------
     pieces : list of (dict, bytes)
         A view's JSON, changed in place, and its data.
+    buffer : int
+        Number of the buffer.
     """
     binary = bytearray()
     for view, data in pieces:
         # Eight suffices for every component type, and for property tables.
         binary += b"\0" * (-len(binary) % 8)
-        view["buffer"], view["byteOffset"], view["byteLength"] = 0, len(binary), len(data)
+        view["buffer"], view["byteOffset"], view["byteLength"] = buffer, len(binary), len(data)
         binary += data
     return bytes(binary)
 
@@ -136,36 +132,26 @@ def replace_accessors(
     """
     if not (replaced or whole) and len(document.buffers) < 2:
         return document.join_own_buffers()
-    dropped = replaced - {container[key] for container, key in references.iterate_accessor_slots(json_)}
-    old = json_.get("accessors", [])
-    freed = {
-        container[key] for number in dropped for container, key in references.iterate_accessor_view_slots(old[number])
-    }
+    accessors, views = json_.get("accessors", []), json_.get("bufferViews", [])
+    dropped = replaced - references.list_numbers(json_, references.ACCESSORS)
+    # Nothing names the views that compressed data was decoded from.
+    freed = set(range(len(views))) if document.decoded else set()
+    freed |= {view for i in dropped for view in references.list_numbers(accessors[i], references.ACCESSOR_VIEWS)}
     for accessor in new.accessors:
         accessor["bufferView"] = -1 - accessor["bufferView"]
-    _replace_entries(json_, "accessors", references.iterate_accessor_slots, dropped, new.accessors)
-    return _replace_views(document, json_, new.list_views(), freed, whole=whole, first=first)
-
-
-def _replace_views(
-    document: Document, json_: Json, new: list[tuple[Json, bytes]], freed: set[int], *, whole: bool, first: bool
-) -> bytes:
-    """Drop, number and lay out buffer views; those of new accessors are named by negative numbers."""
-    old = json_.get("bufferViews", [])
-    # Nothing names the views that compressed data was decoded from.
-    freed |= set(range(len(old))) if document.decoded else set()
-    kept = {container[key] for container, key in references.iterate_view_slots(json_)}
+    _replace_entries(json_, "accessors", references.ACCESSORS, dropped, new.accessors)
+    kept = references.list_numbers(json_, references.VIEWS)
     # Buffers next to the document that lose nothing stay; the others become one.
-    touched = {old[number]["buffer"] for number in freed}
+    touched = {views[number]["buffer"] for number in freed}
     buffers = enumerate(document.items("buffers"))
     merged = [i for i, entry in buffers if whole or i in touched or "uri" not in entry]
     dropped = freed - kept
-    data = {i: document.read_view(i) for i, one in enumerate(old) if i not in dropped and one["buffer"] in merged}
-    data |= {-1 - i: view for i, (_, view) in enumerate(new)}
+    data = {i: document.read_view(i) for i, one in enumerate(views) if i not in dropped and one["buffer"] in merged}
+    fresh = new.list_views()
+    data |= {-1 - i: view for i, (_, view) in enumerate(fresh)}
     if not references.list_unknown_extensions(json_):
         data |= _trim_views(json_, {i: document.read_view(i) for i in sorted(freed & kept)})
-    entries = [entry for entry, _ in new]
-    numbers = _replace_entries(json_, "bufferViews", references.iterate_view_slots, dropped, entries)
+    numbers = _replace_entries(json_, "bufferViews", references.VIEWS, dropped, [entry for entry, _ in fresh])
     binary = _merge_buffers(json_, merged, {numbers[i]: view for i, view in data.items()}, first)
     for key in ("accessors", "bufferViews", "buffers"):
         if not json_[key]:
@@ -179,27 +165,20 @@ def _merge_buffers(json_: Json, merged: list[int], data: dict[int, bytes], first
     # A view without a buffer is an empty place.
     staying = [view for i, view in enumerate(views) if i not in data and view]
     fresh = [(view, data.get(i, bytes(4))) for i, view in enumerate(views) if i in data or not view]
-    binary = pack_views(fresh)
-    stay = [i for i in range(len(old)) if i not in merged]
-    place = 0 if first else sum(i < merged[0] for i in stay) if merged else len(stay)
-    number = {i: new + (new >= place and bool(fresh)) for new, i in enumerate(stay)}
-    for view in staying:
-        view["buffer"] = number[view["buffer"]]
-    for view, _ in fresh:
-        view["buffer"] = place
-    json_["buffers"] = [old[i] for i in stay]
+    order = [i for i in range(len(old)) if i not in merged]
+    place = 0 if first else sum(i < merged[0] for i in order) if merged else len(order)
     if fresh:
-        head = {k: v for k, v in old[merged[0]].items() if k not in ("uri", "byteLength")} if merged else {}
-        json_["buffers"].insert(place, {**head, "byteLength": len(binary)})
+        order.insert(place, -1)
+    binary = pack_views(fresh, place)
+    for view in staying:
+        view["buffer"] = order.index(view["buffer"])
+    head = {k: v for k, v in old[merged[0]].items() if k not in ("uri", "byteLength")} if merged else {}
+    json_["buffers"] = [old[i] if i >= 0 else {**head, "byteLength": len(binary)} for i in order]
     return binary
 
 
 def _replace_entries(
-    json_: Json,
-    key: str,
-    iterate_slots: Callable[[Json], Iterator[references.Slot]],
-    dropped: set[int],
-    new: list[Json],
+    json_: Json, key: str, paths: tuple[str, ...], dropped: set[int], new: list[Json]
 ) -> dict[int, int]:
     """Drop entries of a top-level array, add new ones, and renumber the slots that name them.
 
@@ -214,7 +193,7 @@ def _replace_entries(
         empty = set(free[count:])
         shift = np.cumsum([i in empty for i in range(len(old) + count)])
         numbers = {source: int(number - shift[number]) for source, number in numbers.items()}
-    for container, name in list(iterate_slots(json_)):
+    for container, name in references.iterate_slots(json_, paths):
         container[name] = numbers[container[name]]
     json_[key] = [dict(_BLANKS[key]) for _ in range(max(numbers.values(), default=-1) + 1)]
     for source, number in numbers.items():
@@ -227,7 +206,7 @@ def _trim_views(json_: Json, views: dict[int, bytes]) -> dict[int, bytes]:
 
     A view that something other than an accessor uses stays whole.
     """
-    uses = Counter(container[key] for container, key in references.iterate_view_slots(json_))
+    uses = Counter(container[key] for container, key in references.iterate_slots(json_, references.VIEWS))
     ranges: dict[int, list[ByteRange]] = {number: [] for number in views}
     for accessor in json_["accessors"]:
         for number, found in _list_ranges(json_, accessor, views):

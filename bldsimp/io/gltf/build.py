@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from ...material import Material, UvMap
 from ...model import Faces, Mesh, Points, Scene, SimplifiedMesh, Values
 from ...options import Options
-from ...report import Counts
 from ...tolerance import measure_scale, transform_points
 from ...unique_rows import find_unique_rows
+from ..file_scene import Written
 from ..flat_mesh import FlatMesh, flatten_result, scale_to_unit, spread_face_values
 from ..mtl import replace_bad_bytes
 from ..single_precision import choose_origin, count_after_rounding, count_merged_points, measure_rounding
 from ..textures import find_media_type
+from .attributes import to_gltf
 from .buffers import NewAccessors, pack_views
 from .document import Json
 from .references import TRANSFORM
@@ -28,34 +29,9 @@ _EMISSIVE_STRENGTH = "KHR_materials_emissive_strength"
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
-@dataclass
-class BuiltDocument:
-    """A new document, and figures of what was stored.
-
-    Attributes
-    ----------
-    json : dict
-    binary : bytes
-    vertices : int
-    rounding : float
-        Greatest distance by which a point moved, in world space; infinite if one is out of range.
-    merged_points : int
-        Points that are no longer distinct.
-    after : Counts or None
-        Counts of the stored meshes, if there are merged points.
-    """
-
-    json: Json
-    binary: bytes = b""
-    vertices: int = 0
-    rounding: float = 0.0
-    merged_points: int = 0
-    after: Counts | None = None
-
-
 def build_document(
-    scene: Scene, results: list[SimplifiedMesh], options: Options, images: dict[str, bytes]
-) -> BuiltDocument:
+    scene: Scene, results: list[SimplifiedMesh], options: Options, images: dict[str, bytes], written: Written
+) -> tuple[Json, bytes]:
     """Build a glTF document.
 
     Parameters
@@ -65,6 +41,14 @@ def build_document(
     options : Options
     images : dict
         Bytes of each texture that a material names.
+    written : Written
+        Receives the figures of what is stored; if a point is out of range, the document is not whole.
+
+    Returns
+    -------
+    json : dict
+    binary : bytes
+        Data of the only buffer.
     """
     json_: Json = {
         "asset": {"version": "2.0", "generator": "bldsimp"},
@@ -73,23 +57,22 @@ def build_document(
         "nodes": [],
         "meshes": [],
     }
-    builder, built = _Builder(json_, images), BuiltDocument(json_)
+    builder = _Builder(json_, images)
     stored: list[list[tuple[Points, Faces]]] = []
     for mesh, result in zip(scene.meshes, results, strict=True):
         if not len(result.faces):
             continue
         flat = spread_face_values(flatten_result(mesh, result, options))
         origin = choose_origin(flat.points)
-        built.rounding = max(built.rounding, measure_scale(mesh) * measure_rounding(flat.points, origin))
-        if not math.isfinite(built.rounding):
+        written.rounding = max(written.rounding, measure_scale(mesh) * measure_rounding(flat.points, origin))
+        if not math.isfinite(written.rounding):
             break
-        built.merged_points += count_merged_points(flat.points, origin)
+        written.merged_points += count_merged_points(flat.points, origin)
         stored.append([(flat.points - origin, flat.faces)])
-        built.vertices += builder.add_mesh(flat, origin)
+        written.vertices += builder.add_mesh(flat, origin)
         builder.add_nodes(mesh, origin)
-    built.after = count_after_rounding(stored) if built.merged_points else None
-    built.binary = builder.finish()
-    return built
+    written.after = count_after_rounding(stored) if written.merged_points else None
+    return json_, builder.finish()
 
 
 @dataclass
@@ -101,7 +84,6 @@ class _Builder:
     new: NewAccessors = field(default_factory=NewAccessors)
     used_images: dict[str, int] = field(default_factory=dict)
     _materials: dict[tuple[Any, ...], int] = field(default_factory=dict)
-    _textures: dict[tuple[str, bool], int] = field(default_factory=dict)
 
     def finish(self) -> bytes:
         """Assign numbers to accessors, views and images; return the data of the buffer."""
@@ -129,14 +111,10 @@ class _Builder:
             columns = _convert_columns(flat, corners, origin, names)
             first, inverse = find_unique_rows(np.concatenate([v.astype(np.float64) for v in columns.values()], axis=1))
             vertices += len(first)
-            attributes = {
-                name: self.new.add_vertices(values[first], bounds=name == "POSITION")
-                for name, values in columns.items()
-            }
-            start = 0
-            for number, faces in group:
-                indices = self.new.add_indices(inverse[start : start + faces.size], len(first))
-                start += faces.size
+            attributes = {name: self.new.add_vertices(name, values[first], {}) for name, values in columns.items()}
+            ends = np.cumsum([faces.size for _, faces in group])
+            for (number, faces), own in zip(group, np.split(inverse, ends[:-1]), strict=True):
+                indices = self.new.add_indices(own, len(first))
                 entry["primitives"].append(self._make_primitive(flat, number, faces, attributes, indices))
         self.json["meshes"].append(entry)
         return vertices
@@ -181,7 +159,8 @@ class _Builder:
             entry = self._convert_material(material or Material(""), textured, colored=colors is not None)
             if faded or (material and material.color and material.color[3] < 1.0):
                 entry["alphaMode"] = "BLEND"
-            self._materials[key] = self._append("materials", entry)
+            self._materials[key] = len(self._materials)
+            self.json.setdefault("materials", []).append(entry)
         return self._materials[key]
 
     def _convert_material(self, material: Material, textured: bool, colored: bool) -> Json:
@@ -207,7 +186,7 @@ class _Builder:
         emission: Json = {"emissiveFactor": [_clamp_to_unit(value / strength) for value in color]}
         if strength > 1.0:
             emission["extensions"] = {_EMISSIVE_STRENGTH: {"emissiveStrength": strength}}
-            self._use_extension(_EMISSIVE_STRENGTH)
+            self._add("extensionsUsed", _EMISSIVE_STRENGTH)
         return emission
 
     def _make_texture_info(self, name: str, material: Material) -> Json:
@@ -217,33 +196,26 @@ class _Builder:
             x, _, dx, _, y, dy = material.uv_map.matrix
             # glTF has v downwards: 1 - v' = y (1 - v) + 1 - y - dy.
             info["extensions"] = {TRANSFORM: {"scale": [x, y], "offset": [dx, 1.0 - y - dy]}}
-            self._use_extension(TRANSFORM)
+            self._add("extensionsUsed", TRANSFORM)
         return info
 
     def _add_texture(self, name: str, clamp: bool) -> int:
         """Add a texture and its image, unless they are there; return its number."""
         if name not in self.used_images:
             image = {"name": replace_bad_bytes(name), "mimeType": find_media_type(self.images[name])}
-            self.used_images[name] = self._append("images", image)
-        if (name, clamp) not in self._textures:
-            entry = {"source": self.used_images[name]}
-            if clamp:
-                self.json["samplers"] = [{"wrapS": _CLAMP_TO_EDGE, "wrapT": _CLAMP_TO_EDGE}]
-                entry["sampler"] = 0
-            self._textures[name, clamp] = self._append("textures", entry)
-        return self._textures[name, clamp]
+            self.used_images[name] = len(self.used_images)
+            self.json.setdefault("images", []).append(image)
+        entry = {"source": self.used_images[name]}
+        if clamp:
+            entry["sampler"] = self._add("samplers", {"wrapS": _CLAMP_TO_EDGE, "wrapT": _CLAMP_TO_EDGE})
+        return self._add("textures", entry)
 
-    def _append(self, key: str, entry: Json) -> int:
-        """Append an entry to a top-level array; return its number."""
+    def _add(self, key: str, entry: Any) -> int:
+        """Add an entry to a top-level array, unless it is there; return its number."""
         entries = self.json.setdefault(key, [])
-        entries.append(entry)
-        return len(entries) - 1
-
-    def _use_extension(self, extension: str) -> None:
-        """Name an extension among those that the document uses."""
-        used = self.json.setdefault("extensionsUsed", [])
-        if extension not in used:
-            used.append(extension)
+        if entry not in entries:
+            entries.append(entry)
+        return int(entries.index(entry))
 
 
 def _clamp_to_unit(value: float) -> float:
@@ -272,19 +244,11 @@ def _convert_columns(
     """Return attributes of corners as glTF has them."""
     columns = {"POSITION": (flat.points[corners] - origin).astype(np.float32)}
     if flat.normals is not None and np.any(flat.normals[corners]):
-        # glTF knows no missing normal; a part that has some takes this for the others.
-        unit = scale_to_unit(flat.normals[corners])
-        columns["NORMAL"] = np.where(unit.any(axis=1, keepdims=True), unit, (0.0, 0.0, 1.0)).astype(np.float32)
+        columns["NORMAL"] = to_gltf("NORMAL", scale_to_unit(flat.normals[corners])).astype(np.float32)
     for own in flat.attributes:
-        if own.name not in names:
-            continue
-        taken = own.values[corners]
-        if own.kind == "uv":
-            taken = np.stack([taken[:, 0], 1.0 - taken[:, 1]], axis=1)
-        missing = 1.0 if own.name == "COLOR_0" else 0.0
-        # A glTF accessor has four numbers at most.
-        for start in range(0, taken.shape[1], 4):
-            name = own.name if not start else f"{own.name}_{start}"
-            piece = taken[:, start : start + 4]
-            columns[name] = np.where(np.isnan(piece), missing, piece).astype(np.float32)
+        if own.name in names:
+            values = to_gltf(own.name, own.values[corners]).astype(np.float32)
+            # A glTF accessor has four numbers at most.
+            for start in range(0, values.shape[1], 4):
+                columns[f"{own.name}_{start}" if start else own.name] = values[:, start : start + 4]
     return columns

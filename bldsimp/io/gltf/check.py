@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ...errors import OutputError
 from .document import Document, Json
-from .references import FEATURES, iterate_accessor_slots, iterate_view_slots
+from .references import ACCESSORS, FEATURES, VIEWS, iterate_slots
 
 
 def check_document(document: Document) -> None:
@@ -26,9 +26,9 @@ def check_document(document: Document) -> None:
 
 def _check_references(document: Document) -> None:
     """Check all numbers of accessors, buffer views, buffers and meshes."""
-    for key, iterate in (("accessors", iterate_accessor_slots), ("bufferViews", iterate_view_slots)):
+    for key, paths in (("accessors", ACCESSORS), ("bufferViews", VIEWS)):
         count = len(document.items(key))
-        for container, name in iterate(document.json):
+        for container, name in iterate_slots(document.json, paths):
             if not 0 <= container[name] < count:
                 raise ValueError(f"{name} {container[name]} is none of the {count} {key}")
     for number, view in enumerate(document.items("bufferViews")):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -42,11 +42,11 @@ def decode_document(document: Document, warnings: list[str]) -> Document:
     json_ = {**document.json}
     for key in ("accessors", "bufferViews", "meshes"):
         json_[key] = copy_json(document.items(key))
-    decoder = _Decoder(json_, document)
+    decoded = replace(document, json=json_, buffers=[*document.buffers], decoded=tuple(used))
+    decoder = _Decoder(decoded)
+    # Draco's own data may be packed by meshopt.
     for number, view in enumerate(json_["bufferViews"]):
         decoder.decode_view(number, view)
-    # Draco's own data may be packed by meshopt.
-    decoder.document = replace(document, json=json_, buffers=[*document.buffers, *decoder.buffers])
     for mesh in json_["meshes"]:
         for primitive in mesh.get("primitives", []):
             decoder.decode_primitive(primitive)
@@ -58,9 +58,9 @@ def decode_document(document: Document, warnings: list[str]) -> Document:
         {k: v for k, v in entry.items() if k != "extensions" or not set(v) & set(MESHOPT)}
         for entry in document.items("buffers")
     ]
-    json_["buffers"] += [{"byteLength": len(data)} for data in decoder.buffers]
+    json_["buffers"] += [{"byteLength": len(data)} for data in decoded.buffers[len(document.buffers) :]]
     warnings.append(f"the file is compressed ({', '.join(used)}); glTF output is not")
-    return replace(document, json=json_, buffers=[*document.buffers, *decoder.buffers], decoded=tuple(used))
+    return decoded
 
 
 def _find_extensions(document: Document) -> set[str]:
@@ -71,16 +71,13 @@ def _find_extensions(document: Document) -> set[str]:
     return {*listed, *(name for thing in things for name in thing.get("extensions", {}))}
 
 
+@dataclass
 class _Decoder:
-    """New buffers of a document, one for each piece of decoded data; equal pieces of Draco's are one."""
+    """A document that gets a buffer for each piece of decoded data; equal pieces of Draco's are one."""
 
-    def __init__(self, json_: Json, document: Document) -> None:
-        self.json = json_
-        self.document = document
-        self.buffers: list[bytes] = []
-        self._first = len(document.buffers)
-        self._meshes: dict[int, Any] = {}
-        self._views: dict[tuple[int, bytes], int] = {}
+    document: Document
+    _meshes: dict[int, Any] = field(default_factory=dict)
+    _views: dict[tuple[int, bytes], int] = field(default_factory=dict)
 
     def decode_view(self, number: int, view: Json) -> None:
         """Undo meshopt's compression of a view."""
@@ -88,7 +85,7 @@ class _Decoder:
         if packed is None:
             return
         buffers = self.document.buffers
-        if 0 <= view["buffer"] < len(buffers) and buffers[view["buffer"]]:
+        if 0 <= view["buffer"] < len(self.document.items("buffers")) and buffers[view["buffer"]]:
             return
         module = _import_decoder("meshoptimizer", "meshopt", name)
         place = {key: packed[key] for key in _PLACE if key in packed}
@@ -107,7 +104,7 @@ class _Decoder:
         _, packed = _pop_extension(primitive, (DRACO,))
         if packed is None:
             return
-        accessors = self.json["accessors"]
+        accessors = self.document.json["accessors"]
         numbers = [primitive["attributes"][name] for name in packed["attributes"]]
         numbers += [primitive["indices"]] if "indices" in primitive else []
         if all("bufferView" in accessors[number] for number in numbers):
@@ -128,8 +125,8 @@ class _Decoder:
 
     def _add_buffer(self, data: bytes) -> Json:
         """Add a buffer; return the place of its data for a buffer view."""
-        self.buffers.append(data)
-        return {"buffer": self._first + len(self.buffers) - 1, "byteOffset": 0, "byteLength": len(data)}
+        self.document.buffers.append(data)
+        return {"buffer": len(self.document.buffers) - 1, "byteOffset": 0, "byteLength": len(data)}
 
     def _fill_accessor(self, accessor: Json, values: NDArray[Any], *, vertices: bool) -> None:
         """Give an accessor values of its own type, in a view of their own."""
@@ -139,9 +136,10 @@ class _Decoder:
         rows = pack_rows(values, np.dtype("<" + COMPONENTS[accessor["componentType"]]), aligned=vertices)
         key = rows.shape[1] * (1 if vertices else -1), hashlib.sha256(rows.tobytes()).digest()
         if key not in self._views:
-            self._views[key] = len(self.json["bufferViews"])
+            views = self.document.json["bufferViews"]
+            self._views[key] = len(views)
             stride = {"byteStride": rows.shape[1]} if vertices else {}
-            self.json["bufferViews"].append({**self._add_buffer(rows.tobytes()), **stride})
+            views.append({**self._add_buffer(rows.tobytes()), **stride})
         accessor.update(bufferView=self._views[key], count=len(values))
         accessor.pop("byteOffset", None)
         if "min" in accessor and len(values):

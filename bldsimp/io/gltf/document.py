@@ -102,13 +102,7 @@ class Document:
         else:
             values = np.zeros((count, width), kind)
         sparse = accessor.get("sparse")
-        if sparse is not None:
-            values = values.copy()
-            places, changes = self._read_sparse(sparse, kind, width, index)
-            if len(places) and int(places.max()) >= count:
-                raise InputError(f"glTF accessor {index} has a sparse index out of range: the file is damaged")
-            values[places] = changes
-        return values
+        return values if sparse is None else self._replace_sparse(values, sparse, index)
 
     def read_indices(self, index: int) -> NDArray[np.int64]:
         """Return the values of an accessor that name vertices, (count,)."""
@@ -138,20 +132,22 @@ class Document:
         buffer, start, length = self._find_view(index)
         return bytes(buffer[start : start + length])
 
-    def _read_sparse(
-        self, sparse: Json, kind: np.dtype[Any], width: int, index: int
-    ) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return the places that sparse values replace, and those values."""
+    def _replace_sparse(self, values: NDArray[Any], sparse: Json, index: int) -> NDArray[Any]:
+        """Return the values of an accessor with those that sparse ones replace."""
         try:
-            where, what, count = sparse["indices"], sparse["values"], int(sparse["count"])
+            where, what, shape = sparse["indices"], sparse["values"], (int(sparse["count"]), values.shape[1])
             place_kind = np.dtype("<" + COMPONENTS[where["componentType"]])
             if place_kind.kind != "u":
                 raise ValueError
-            places = self._read_strided(where["bufferView"], where.get("byteOffset", 0), place_kind, (count, 1))
-            changes = self._read_strided(what["bufferView"], what.get("byteOffset", 0), kind, (count, width))
+            places = self._read_strided(where["bufferView"], where.get("byteOffset", 0), place_kind, (shape[0], 1))
+            changes = self._read_strided(what["bufferView"], what.get("byteOffset", 0), values.dtype, shape)
         except (KeyError, TypeError, ValueError):
             raise InputError(f"glTF accessor {index} is sparse in a way that is not understood") from None
-        return places[:, 0], changes
+        if len(places) and int(places.max()) >= len(values):
+            raise InputError(f"glTF accessor {index} has a sparse index out of range: the file is damaged")
+        values = values.copy()
+        values[places[:, 0]] = changes
+        return values
 
     def _read_strided(self, index: int, offset: int, kind: np.dtype[Any], shape: tuple[int, int]) -> NDArray[Any]:
         """Return rows of a buffer view, without a copy."""
@@ -256,12 +252,10 @@ def _split_chunks(data: bytes) -> tuple[bytes, bytes | None, list[tuple[int, byt
 def _load_buffer(entry: Json, number: int, binary: bytes | None, load: LoadFile) -> bytes:
     """Return the bytes of a buffer."""
     uri = str(entry.get("uri", ""))
-    if uri.startswith("data:"):
-        found = parse_data_uri(uri)
-        if found is None:
+    if uri:
+        found = load_uri(uri, load)
+        if found is None and uri.startswith("data:"):
             raise InputError(f"the data URI of glTF buffer {number} cannot be decoded: the file is damaged")
-    elif uri:
-        found = load(unquote(uri))
         if found is None:
             raise InputError(
                 f"glTF buffer '{unquote(uri)[:80]}' is not a file beneath the input's folder: put it there"
@@ -285,11 +279,15 @@ def load_image(document: Document, index: int, load: LoadFile) -> bytes | None:
     image = document.items("images")[index]
     if "bufferView" in image:
         return document.read_view(image["bufferView"])
-    uri = image.get("uri", "")
-    return parse_data_uri(uri) if uri.startswith("data:") else load(unquote(uri))
+    return load_uri(image.get("uri", ""), load)
 
 
-def parse_data_uri(uri: str) -> bytes | None:
+def load_uri(uri: str, load: LoadFile) -> bytes | None:
+    """Return the bytes that a URI names or contains, or None if they cannot be read."""
+    return _parse_data_uri(uri) if uri.startswith("data:") else load(unquote(uri))
+
+
+def _parse_data_uri(uri: str) -> bytes | None:
     """Return the bytes that a data URI contains, or None if it cannot be decoded."""
     head, comma, body = uri.partition(",")
     if not comma:

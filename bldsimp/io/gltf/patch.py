@@ -5,20 +5,19 @@ Names, nodes, instances, materials, images, animations, extras and unknown exten
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import Indices, Mesh, Scene, SimplifiedMesh, Values
+from ...model import Mesh, Scene, SimplifiedMesh, Values
 from ...options import Options
 from ...stages.normals import resolve_normals
 from ...unique_rows import find_unique_rows
 from ..flat_mesh import drop_unused_rows, has_same_surface
 from . import references
-from .attributes import HARMLESS, SharedVertices, list_primitives, store_attributes
+from .attributes import HARMLESS, SharedVertices, list_primitives, store_column
 from .buffers import NewAccessors, replace_accessors
 from .document import Document, Json, copy_json
 from .materials import BareMaterials, find_uv_set
@@ -95,54 +94,71 @@ class _Patch:
         for number, (index, _, group) in enumerate(list_primitives(self.document, mesh.number)):
             if not mesh.parts[number].fixed:
                 groups.setdefault(group, {})[number] = index
+                empty += [] if np.any(result.part_of_face == number) else [index]
         for group, indices in groups.items():
-            faces = {number: result.faces[result.part_of_face == number] for number in indices}
-            empty += [indices[number] for number, own in faces.items() if not len(own)]
-            if any(map(len, faces.values())):
-                own = {number: primitives[index] for number, index in indices.items()}
-                vertices += self._replace_group(mesh, result, group, own, faces, normals)
-        for index in sorted(empty, reverse=True):
-            self._free(references.iterate_primitive_slots(primitives[index]))
+            vertices += self._replace_group(mesh, result, normals, group, indices)
+        for index in reversed(empty):
+            self.replaced |= references.list_numbers(primitives[index], references.PRIMITIVE_ACCESSORS)
             del primitives[index]
         return vertices
 
     def _replace_group(
-        self,
-        mesh: Mesh,
-        result: SimplifiedMesh,
-        group: SharedVertices,
-        primitives: dict[int, Json],
-        faces: dict[int, Indices],
-        normals: Values | None,
+        self, mesh: Mesh, result: SimplifiedMesh, normals: Values | None, group: SharedVertices, indices: dict[int, int]
     ) -> int:
-        """Replace primitives that share vertices, by the numbers of their parts; return the number of vertices."""
-        used, corners = drop_unused_rows(np.concatenate(list(faces.values())), len(result.points))
-        columns = store_attributes(self.document, mesh, result, group, used, normals=normals, options=self.options)
+        """Replace primitives that share vertices, given by the numbers of their parts; return how many are left."""
+        faces = [result.faces[result.part_of_face == number] for number in indices]
+        if not sum(map(len, faces)):
+            return 0
+        used, corners = drop_unused_rows(np.concatenate(faces), len(result.points))
+        columns = self._store_columns(mesh, result, normals, group, used)
         first, inverse = find_unique_rows(np.concatenate([one.astype(np.float64) for one in columns.values()], axis=1))
-        same_names = columns.keys() == dict(group.accessors).keys()
+        same_names = columns.keys() == group.accessors.keys()
         # A result that is no smaller is better left as it is stored.
-        if same_names and len(first) == group.count and has_same_surface(mesh, result, list(primitives)):
+        if same_names and len(first) == group.count and has_same_surface(mesh, result, list(indices)):
             return len(first)
         accessors = {name: self._add_column(group, name, values[first]) for name, values in columns.items()}
-        start = 0
-        for number, own in faces.items():
+        primitives = self.json["meshes"][mesh.number]["primitives"]
+        ends = np.cumsum([len(own) for own in faces])
+        for index, own in zip(indices.values(), np.split(inverse[corners], ends[:-1]), strict=True):
             if len(own):
-                indices = self.new.add_indices(inverse[corners[start : start + len(own)]], len(first))
-                self._replace_primitive(primitives[number], accessors, indices)
-            start += len(own)
+                self._replace_primitive(primitives[index], accessors, self.new.add_indices(own, len(first)))
         return len(first)
+
+    def _store_columns(
+        self, mesh: Mesh, result: SimplifiedMesh, normals: Values | None, group: SharedVertices, used: NDArray[np.int64]
+    ) -> dict[str, NDArray[Any]]:
+        """Return all attributes of the rows that primitives with shared vertices use, in the types of the file."""
+        row = result.row[used]
+        kinds = {attribute.name: attribute.kind for attribute in mesh.attributes}
+        names = [name for name in group.accessors if name not in kinds or self.options.keeps(kinds[name])]
+        if normals is None and "TANGENT" in names and mesh.normals is not None and self.options.normals == "auto":
+            # Tangents mean nothing without normals.
+            normals = mesh.normals[result.row]
+        # Values as they shall be, and as they were read.
+        wanted = {"POSITION": (result.points[used], mesh.points[row])}
+        if normals is not None and normals[used].any():
+            own = normals[used]
+            wanted["NORMAL"] = own, np.zeros_like(own) if mesh.normals is None else mesh.normals[row]
+        for attribute in mesh.attributes:
+            wanted[attribute.name] = result.values(attribute)[used], attribute.values[row]
+        if "NORMAL" not in wanted:
+            names = [name for name in names if name not in ("NORMAL", "TANGENT")]
+        elif "NORMAL" not in names:
+            names.append("NORMAL")
+        return {name: store_column(self.document, name, group, row, *wanted[name]) for name in names}
 
     def _add_column(self, group: SharedVertices, name: str, values: NDArray[Any]) -> int:
         """Add values of an attribute; the new accessor has the name of the one it replaces."""
-        old = group.accessor(name)
+        old = group.accessors.get(name)
         entry = {} if old is None else self.document.items("accessors")[old]
-        more = {key: entry[key] for key in ("name", "extras") if key in entry}
-        normalized = bool(entry.get("normalized"))
-        return self.new.add_vertices(values, normalized=normalized, bounds=name == "POSITION", **more)
+        more: Json = {key: entry[key] for key in ("name", "extras") if key in entry}
+        if entry.get("normalized"):
+            more["normalized"] = True
+        return self.new.add_vertices(name, values, more)
 
     def _replace_primitive(self, primitive: Json, accessors: dict[str, int], indices: int) -> None:
         """Point a primitive at new accessors, by negative numbers until `replace_accessors` assigns them."""
-        self._free(references.iterate_primitive_slots(primitive))
+        self.replaced |= references.list_numbers(primitive, references.PRIMITIVE_ACCESSORS)
         if not self.options.keeps("uv"):
             self.bare.apply(primitive)
         primitive["attributes"] = {name: -1 - number for name, number in accessors.items()}
@@ -161,10 +177,6 @@ class _Patch:
             if not primitive["extensions"]:
                 del primitive["extensions"]
 
-    def _free(self, slots: Iterator[references.Slot]) -> None:
-        """Note that accessors may no longer be named."""
-        self.replaced.update(container[key] for container, key in slots)
-
     def remove_meshes(self, numbers: set[int]) -> None:
         """Remove meshes without primitives; the nodes that placed them stay, and show nothing."""
         meshes = self.json.get("meshes", [])
@@ -177,7 +189,7 @@ class _Patch:
             if node.get("mesh") in place:
                 node["mesh"] = place[node["mesh"]]
             elif "mesh" in node:
-                self._free(references.iterate_instance_slots(node))
+                self.replaced |= references.list_numbers(node, references.INSTANCE_ACCESSORS)
                 for key in ("mesh", "skin", "weights"):
                     node.pop(key, None)
                 node.get("extensions", {}).pop(references.INSTANCING, None)

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...material import Material
 from ...model import LARGEST_COORDINATE, Mesh, Part, Values, cast_indices, check_finite, check_indices
 from ...tolerance import find_number_format
 from ..input_folder import LoadFile
@@ -22,8 +21,6 @@ from .attributes import (
 from .document import Document, Json
 from .materials import TextureSizes, is_one_sided, read_material, read_name
 from .references import INSTANCING
-
-Matrix = Values
 
 
 def read_meshes(document: Document, load: LoadFile, warnings: list[str]) -> list[Mesh]:
@@ -69,13 +66,13 @@ def _read_mesh(document: Document, sizes: TextureSizes, number: int, fixed: list
         material = read_material(document, primitive)
         own = tuple(dict.fromkeys((*fixed, *list_fixed_names(document, primitive, vertices.count))))
         attributes = tuple(dict.fromkeys((*list_attribute_names(primitive), *own)))
-        part_name = _name_part(name, index, material)
-        parts.append(Part(part_name, attributes, own, is_one_sided(document, primitive), material))
+        label = material.name if material and material.name else f"primitive {index}"
+        parts.append(Part(f"{name} / {label}", attributes, own, is_one_sided(document, primitive), material))
         texels.append(sizes.measure(primitive))
     if not sum(map(len, faces)):
         return None
     groups = list(dict.fromkeys(vertices for _, _, vertices in primitives))
-    positions = [dict(group.accessors)["POSITION"] for group in groups]
+    positions = [group.accessors["POSITION"] for group in groups]
     points = np.concatenate([document.read_numbers(one) for one in positions])
     if points.shape[1] != 3:
         raise InputError(f"the positions of glTF mesh '{name}' are not three numbers: the file is damaged")
@@ -87,7 +84,7 @@ def _read_mesh(document: Document, sizes: TextureSizes, number: int, fixed: list
     step = max(document.find_step(one) for one in positions)
     mesh.quantized = bool(step)
     mesh.single, mesh.rounding = (False, step / 2.0) if step else find_number_format(mesh.used_points)
-    if any(group.accessor("NORMAL") is not None for group in groups):
+    if any("NORMAL" in group.accessors for group in groups):
         mesh.normals = np.concatenate([_read_normals(document, group) for group in groups])
     return mesh
 
@@ -117,23 +114,18 @@ def _read_faces(document: Document, primitive: Json, vertices: SharedVertices, n
 
 def _read_normals(document: Document, group: SharedVertices) -> Values:
     """Read the normals of a group, zero if it has none."""
-    number = group.accessor("NORMAL")
-    if number is None:
+    if "NORMAL" not in group.accessors:
         return np.zeros((group.count, 3))
-    found = document.read_numbers(number)
+    found = document.read_numbers(group.accessors["NORMAL"])
     if found.shape != (group.count, 3):
         raise InputError("a glTF primitive does not have as many normals as positions: the file is damaged")
     return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
 
 
-def _name_part(mesh: str, number: int, material: Material | None) -> str:
-    return f"{mesh} / {material.name}" if material and material.name else f"{mesh} / primitive {number}"
-
-
-def _place_meshes(document: Document) -> tuple[dict[int, list[Matrix]], dict[int, list[str]]]:
+def _place_meshes(document: Document) -> tuple[dict[int, list[Values]], dict[int, list[str]]]:
     """Return the world transforms of each mesh, over all scenes, and what of its nodes no result can follow."""
     nodes, meshes = document.items("nodes"), document.items("meshes")
-    transforms: dict[int, list[Matrix]] = {}
+    transforms: dict[int, list[Values]] = {}
     fixed: dict[int, list[str]] = {}
     scaled = _list_scaled_nodes(document)
     stack = [(root, np.eye(4), False) for root in reversed(_list_roots(document))]
@@ -180,7 +172,7 @@ def _list_roots(document: Document) -> list[int]:
     return [index for index in range(len(document.items("nodes"))) if index not in children]
 
 
-def _read_instances(document: Document, node: Json) -> list[Matrix]:
+def _read_instances(document: Document, node: Json) -> list[Values]:
     """Read the transforms that EXT_mesh_gpu_instancing gives a node; the identity if it has none."""
     accessors = node.get("extensions", {}).get(INSTANCING, {}).get("attributes", {})
     known = {
@@ -194,7 +186,7 @@ def _read_instances(document: Document, node: Json) -> list[Matrix]:
     return [_read_transform({key: values[i] for key, values in known.items()}) for i in range(count)]
 
 
-def _read_transform(node: Json) -> Matrix:
+def _read_transform(node: Json) -> Values:
     """Read a node's own 4 x 4 transform."""
     if "matrix" in node:
         transform = np.array(node["matrix"], np.float64)
@@ -224,7 +216,7 @@ def _rotate_axes(x: float, y: float, z: float, w: float) -> list[list[float]]:
     ]
 
 
-def _multiply_transforms(a: Matrix, b: Matrix) -> Matrix:
+def _multiply_transforms(a: Values, b: Values) -> Values:
     """Multiply 4 x 4 matrices, summed in a fixed order; infinite or no number beyond double precision."""
     left, right = a.tolist(), b.tolist()
     return np.array([[sum(left[i][k] * right[k][j] for k in range(4)) for j in range(4)] for i in range(4)])

@@ -27,6 +27,33 @@ _KNOWN = {
     "MSFT_texture_dds",
 }
 
+PRIMITIVE_ACCESSORS = ("attributes/{}", "indices", "targets/[]/{}", "extensions/CESIUM_primitive_outline/indices")
+"""Where a primitive names accessors: keys, with ``{}`` for each member of an object and ``[]`` for each of a list."""
+
+INSTANCE_ACCESSORS = (f"extensions/{INSTANCING}/attributes/{{}}",)
+"""Where a node names the accessors of its instances."""
+
+ACCESSORS = (
+    *(f"meshes/[]/primitives/[]/{path}" for path in PRIMITIVE_ACCESSORS),
+    "skins/[]/inverseBindMatrices",
+    "animations/[]/samplers/[]/input",
+    "animations/[]/samplers/[]/output",
+    *(f"nodes/[]/{path}" for path in INSTANCE_ACCESSORS),
+)
+"""Where a document names accessors."""
+
+ACCESSOR_VIEWS = ("bufferView", "sparse/indices/bufferView", "sparse/values/bufferView")
+"""Where an accessor names buffer views."""
+
+_TABLE_COLUMNS = f"extensions/{METADATA}/propertyTables/[]/properties/{{}}"
+
+VIEWS = (
+    *(f"accessors/[]/{path}" for path in ACCESSOR_VIEWS),
+    "images/[]/bufferView",
+    *(f"{_TABLE_COLUMNS}/{key}" for key in ("values", "arrayOffsets", "stringOffsets")),
+)
+"""Where a document names buffer views."""
+
 
 def list_unknown_extensions(json_: Json) -> list[str]:
     """List the extensions that may name accessors or buffer views in ways that bldsimp does not know."""
@@ -35,55 +62,21 @@ def list_unknown_extensions(json_: Json) -> list[str]:
     )
 
 
-def iterate_accessor_slots(json_: Json) -> Iterator[Slot]:
-    """Yield every place of an accessor's number."""
-    for mesh in json_.get("meshes", []):
-        for primitive in mesh.get("primitives", []):
-            yield from iterate_primitive_slots(primitive)
-    for skin in json_.get("skins", []):
-        yield from _iterate_slots(skin, ["inverseBindMatrices"])
-    for animation in json_.get("animations", []):
-        for sampler in animation.get("samplers", []):
-            yield from _iterate_slots(sampler, ["input", "output"])
-    for node in json_.get("nodes", []):
-        yield from iterate_instance_slots(node)
+def list_numbers(json_: Json, paths: Iterable[str]) -> set[int]:
+    """List the whole numbers at some paths."""
+    return {container[key] for container, key in iterate_slots(json_, paths)}
 
 
-def iterate_instance_slots(node: Json) -> Iterator[Slot]:
-    """Yield every place of an accessor's number in the instances of one node."""
-    yield from _iterate_slots(node.get("extensions", {}).get(INSTANCING, {}).get("attributes", {}))
-
-
-def iterate_primitive_slots(primitive: Json) -> Iterator[Slot]:
-    """Yield every place of an accessor's number in one primitive."""
-    yield from _iterate_slots(primitive.get("attributes", {}))
-    yield from _iterate_slots(primitive, ["indices"])
-    for target in primitive.get("targets", []):
-        yield from _iterate_slots(target)
-    yield from _iterate_slots(primitive.get("extensions", {}).get("CESIUM_primitive_outline", {}), ["indices"])
-
-
-def iterate_view_slots(json_: Json) -> Iterator[Slot]:
-    """Yield every place of a buffer view's number."""
-    for accessor in json_.get("accessors", []):
-        yield from iterate_accessor_view_slots(accessor)
-    for image in json_.get("images", []):
-        yield from _iterate_slots(image, ["bufferView"])
-    metadata = json_.get("extensions", {}).get(METADATA, {})
-    for table in metadata.get("propertyTables", []):
-        for column in table.get("properties", {}).values():
-            yield from _iterate_slots(column, ["values", "arrayOffsets", "stringOffsets"])
-
-
-def iterate_accessor_view_slots(accessor: Json) -> Iterator[Slot]:
-    """Yield every place of a buffer view's number in one accessor."""
-    sparse = accessor.get("sparse", {})
-    for container in (accessor, sparse.get("indices", {}), sparse.get("values", {})):
-        yield from _iterate_slots(container, ["bufferView"])
-
-
-def _iterate_slots(container: Json, keys: Iterable[str] | None = None) -> Iterator[Slot]:
-    """Yield the places of whole numbers, of all keys or of those given."""
-    for key in container.keys() if keys is None else keys:
-        if type(container.get(key)) is int:
-            yield container, key
+def iterate_slots(json_: Any, paths: Iterable[str]) -> Iterator[Slot]:
+    """Yield every place of a whole number at some paths, such as `ACCESSORS`."""
+    for path in paths:
+        first, _, rest = path.partition("/")
+        if first == "[]":
+            members: Iterable[tuple[Any, Any]] = enumerate(json_)
+        else:
+            members = json_.items() if first == "{}" else [(first, json_.get(first, {}))]
+        for key, member in members:
+            if rest:
+                yield from iterate_slots(member, [rest])
+            elif type(member) is int:
+                yield json_, key

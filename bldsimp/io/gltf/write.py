@@ -4,37 +4,18 @@ from __future__ import annotations
 
 import base64
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-from ..input_folder import find_beneath
+from ..file_scene import FileScene
+from ..input_folder import InputFolder
 from ..textures import find_media_type
 from .buffers import pack_views
-from .document import Document, Json, pack_glb, parse_data_uri, write_json
-
-
-@dataclass
-class Placement:
-    """Where a document comes from and where it goes.
-
-    Attributes
-    ----------
-    source : Path or None
-        None for standard input.
-    main : Path
-        The file to write.
-    format : str
-        ``glb`` or ``gltf``.
-    """
-
-    source: Path | None
-    main: Path
-    format: str
+from .document import Json, load_uri, pack_glb, write_json
 
 
 def pack_document(
-    json_: Json, binary: bytes, document: Document | None, place: Placement, *, embed: bool, compact: bool
+    json_: Json, binary: bytes, scene: FileScene, main: Path, format_: str, *, embed: bool
 ) -> dict[Path, bytes]:
     """Pack a document and its buffer into files.
 
@@ -44,16 +25,17 @@ def pack_document(
         Changed in place.
     binary : bytes
         Data of the buffer without a URI.
-    document : Document or None
-        The document that it was patched from.
-    place : Placement
+    scene : FileScene
+        As it was read; the document was patched from its document, if it has one.
+    main : Path
+        The file to write.
+    format_ : str
+        ``glb`` or ``gltf``; text is on one line where it was.
     embed : bool
         Put the buffer of text glTF into the file.
-    compact : bool
-        Write text glTF on one line.
     """
-    if place.format == "glb":
-        return {place.main: pack_glb(json_, binary, document.chunks if document else [])}
+    if format_ == "glb":
+        return {main: pack_glb(json_, binary, scene.document.chunks if scene.document else [])}
     files = {}
     for number, entry in enumerate(json_.get("buffers", [])):
         if "uri" in entry:
@@ -61,18 +43,19 @@ def pack_document(
         if embed:
             uri = "data:application/octet-stream;base64," + base64.b64encode(binary).decode()
         else:
-            name = _name_buffer(json_, document, place)
-            uri, files[place.main.with_name(name)] = quote(name), binary
+            name = _name_buffer(json_, scene, main)
+            uri, files[main.with_name(name)] = quote(name), binary
         json_["buffers"][number] = {"uri": uri, **entry}
-    return {**files, place.main: write_json(json_, compact)}
+    compact = scene.document is not None and scene.data[:4] != b"glTF" and b"\n" not in scene.data.strip()
+    return {**files, main: write_json(json_, compact)}
 
 
-def _name_buffer(json_: Json, document: Document | None, place: Placement) -> str:
+def _name_buffer(json_: Json, scene: FileScene, main: Path) -> str:
     """Name the buffer's file: as before if the document is written over itself, else as no file that must stay."""
-    name, source, main = place.main.stem + ".bin", place.source, place.main
-    if document is None:
+    name, source = main.stem + ".bin", scene.path
+    if scene.document is None:
         return name
-    before, kept = _list_files(document.json), _list_files(json_)
+    before, kept = _list_files(scene.document.json), _list_files(json_)
     taken = {(main.parent / one).resolve() for one in kept}
     if source is not None and source.resolve() == main.resolve():
         gone = [one for one in before if one not in kept]
@@ -92,14 +75,14 @@ def _list_files(json_: Json) -> list[str]:
     return [unquote(uri) for uri in uris if uri and not uri.startswith("data:")]
 
 
-def copy_files(json_: Json, place: Placement, warnings: list[str]) -> dict[Path, bytes]:
-    """Copy the images and buffers that a document names to the folder that it moves to.
+def copy_files(json_: Json, source: Path | None, target: Path, warnings: list[str]) -> dict[Path, bytes]:
+    """Copy the images and buffers that a document names from its folder to the one that it moves to.
 
     Each keeps its name and its folder there. A reference out of the folder is made relative to the new one instead.
     """
-    source, target = place.source and place.source.parent, place.main.parent
     if source is None or source.resolve() == target.resolve():
         return {}
+    folder = InputFolder(source)
     found: dict[Path, bytes] = {}
     for kind in ("image", "buffer"):
         for entry in json_.get(f"{kind}s", []):
@@ -107,36 +90,32 @@ def copy_files(json_: Json, place: Placement, warnings: list[str]) -> dict[Path,
             if not uri or uri.startswith("data:") or "://" in uri:
                 continue
             name = Path(unquote(uri).replace("\\", "/"))
-            path = find_beneath(source, unquote(uri))
             if name.is_absolute() or ".." in name.parts:
                 entry["uri"] = quote(Path(os.path.relpath(source / name, target)).as_posix())
-            elif path is None:
+                continue
+            data = folder.load_image(unquote(uri))
+            if data is None:
                 warnings.append(_describe_missing(kind, uri))
             else:
-                found[target / name] = path.read_bytes()
+                found[target / name] = data
     return found
 
 
-def embed_images(json_: Json, binary: bytes, place: Placement, warnings: list[str]) -> bytes:
-    """Put the images next to a document into it; return the new buffer."""
+def embed_images(json_: Json, binary: bytes, source: Path | None, format_: str, warnings: list[str]) -> bytes:
+    """Put the images of a document's folder into it; return the new buffer."""
+    folder = InputFolder(source)
     extra: list[tuple[Json, bytes]] = []
     for image in json_.get("images", []):
         uri = image.get("uri", "")
         if not uri or "://" in uri:
             continue
-        if uri.startswith("data:"):
-            data = parse_data_uri(uri)
-            if data is None:
-                # Reading warned of it; a damaged image stays as it is.
-                continue
-        else:
-            path = find_beneath(place.source and place.source.parent, unquote(uri))
-            if path is None:
-                warnings.append(_describe_missing("image", uri))
-                continue
-            data = path.read_bytes()
+        data = load_uri(uri, folder.load_image)
+        if data is None:
+            # Reading warned of a data URI that cannot be decoded.
+            warnings += [] if uri.startswith("data:") else [_describe_missing("image", uri)]
+            continue
         media = image.get("mimeType", find_media_type(data))
-        if place.format == "gltf":
+        if format_ == "gltf":
             image["uri"] = f"data:{media};base64," + base64.b64encode(data).decode()
             continue
         del image["uri"]
