@@ -6,6 +6,7 @@
 
 #include "check.hpp"
 #include "mesh/distances.hpp"
+#include "mesh/framed_triangle.hpp"
 
 using namespace bldsimp;
 
@@ -47,6 +48,27 @@ void the_tree_finds_the_nearest_of_all_faces() {
     const double greatest = *std::max_element(found.begin(), found.end());
     CHECK(tree.farthest(queries, kFar) == greatest);
     CHECK(tree.farthest(queries, greatest / 2) > greatest / 2);
+  }
+}
+
+// Borders are given as faces that repeat an end. Ends in decimals leave a rounding of a height, even along an axis.
+void a_segment_holds_its_own_points() {
+  std::mt19937_64 generator(7);
+  std::uniform_int_distribution<int> thousandths(-9999, 9999);
+  const auto coordinate = [&] { return thousandths(generator) / 1000.0; };
+  for (int round = 0; round < 20000; ++round) {
+    const Vec3 a{coordinate(), coordinate(), coordinate()};
+    Vec3 b{coordinate(), coordinate(), coordinate()};
+    if (round % 2) b.x = a.x, b.z = a.z;
+    if (length(b - a) < 0.1) continue;
+    for (const FramedTriangle& segment : {FramedTriangle(a, b, b), FramedTriangle(a, a, b), FramedTriangle(b, a, b)}) {
+      CHECK(segment.height == 0 || std::abs(dot(segment.x, segment.y)) < 1e-15);
+      for (const double share : {0.0, 0.1, 0.5, 0.9, 1.0}) {
+        const Vec3 point = a + share * (b - a);
+        CHECK(segment.within(point, 1e-12));
+        CHECK(segment.squared_distance(point) < 1e-26);
+      }
+    }
   }
 }
 
@@ -110,6 +132,7 @@ void panels_hold_what_is_near_and_nothing_else() {
 
 int main() {
   RUN(reach_is_never_too_small_and_near_however_long_the_triangle);
+  RUN(a_segment_holds_its_own_points);
   RUN(the_tree_finds_the_nearest_of_all_faces);
   RUN(panels_hold_what_is_near_and_nothing_else);
   RUN(without_faces_everything_is_far);
