@@ -10,8 +10,8 @@
 #include "collapse/collapse.hpp"
 #include "collapse/containment.hpp"
 #include "collapse/quadric.hpp"
+#include "mesh/certificate.hpp"
 #include "mesh/crossings.hpp"
-#include "mesh/distances.hpp"
 
 namespace bldsimp {
 

@@ -16,16 +16,6 @@ constexpr std::size_t kLeastBlocks = 4;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// Pieces of one triangle: more than any but a made-up case needs. What is left then counts as it is.
-constexpr std::size_t kMostPieces = 1 << 16;
-
-// A piece of a triangle, and how far any point of it is at most.
-struct TrianglePiece {
-  double most;
-  Triangle corners;
-  bool operator<(const TrianglePiece& o) const { return most < o.most; }
-};
-
 }  // namespace
 
 FaceTree::FaceTree(Points points, Faces faces)
@@ -48,6 +38,12 @@ double FaceTree::to_face(Vec3 query, Index face) const {
 
 double FaceTree::distance(Vec3 query, Index& nearest) const {
   Index place = place_[nearest];
+  const double found = this->nearest(query, place);
+  nearest = tree_.order()[place];
+  return found;
+}
+
+double FaceTree::nearest(Vec3 query, Index& place) const {
   double best = triangles_[place].squared_distance(query);
   tree_.visit(
       query, [&](const Box& box) { return box.squared_distance(query) < best; },
@@ -57,7 +53,6 @@ double FaceTree::distance(Vec3 query, Index& nearest) const {
           place = i;
         }
       });
-  nearest = tree_.order()[place];
   return std::sqrt(best);
 }
 
@@ -73,37 +68,6 @@ bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
         nearest = tree_.order()[i];
       });
   return found;
-}
-
-// The distance to one face is greatest at a corner, and no point is farther than another and the way there. The
-// farthest piece is halved first, so that what is left is a bound whenever one stops.
-double FaceTree::reach(const Triangle& triangle, double enough, double precision, Index guess) const {
-  if (triangles_.empty()) return kFar;
-  Index nearest = guess;
-  double least = 0;  // that the greatest distance is
-  const auto to_nearest = [&](const Triangle& t) {
-    return std::max({to_face(t[0], nearest), to_face(t[1], nearest), to_face(t[2], nearest)});
-  };
-  if (const double most = to_nearest(triangle); most <= enough) return most;
-  const auto piece = [&](const Triangle& corners) {
-    const auto& [a, b, c] = corners;
-    const Vec3 middle = centroid(corners);
-    const double at_middle = distance(middle, nearest);
-    least = std::max(least, at_middle);
-    const double way = std::max({length(a - middle), length(b - middle), length(c - middle)});
-    return TrianglePiece{std::min(to_nearest(corners), at_middle + way), corners};
-  };
-  std::vector<TrianglePiece> left{piece(triangle)};  // a heap
-  while (left.front().most > std::max(enough, least + precision) && left.size() < kMostPieces) {
-    std::pop_heap(left.begin(), left.end());
-    const auto farthest = left.back().corners;
-    left.pop_back();
-    for (const auto& half : halve(farthest)) {
-      left.push_back(piece(half));
-      std::push_heap(left.begin(), left.end());
-    }
-  }
-  return left.front().most;
 }
 
 FaceTree::Coverage FaceTree::find_coverage(const Triangle& piece, double longest, double limit, Index& place) const {

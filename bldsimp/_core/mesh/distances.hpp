@@ -38,13 +38,13 @@ class FaceTree {
 
   double to_face(Vec3 query, Index face) const;
 
+  // The same by places in the tree, for who asks often.
+  Index place_of(Index face) const { return place_[face]; }
+  const FramedTriangle& triangle(Index place) const { return triangles_[place]; }
+  double nearest(Vec3 query, Index& place) const;
+
   // Whether a point is within `limit` of the faces; `nearest` is one that it is near then, and a guess before.
   bool within(Vec3 query, double limit, Index& nearest) const;
-
-  // How far any point of a triangle is from the faces at most. It is never too small, and exact but for
-  // `precision`, or for `enough` where it is less than that. `guess` may be a face that is near all of it. O(log m)
-  // for each place where the triangle leaves one face for another.
-  double reach(const Triangle& triangle, double enough, double precision, Index guess = 0) const;
 
   // Whether every point of a triangle is within `limit` of the faces. Never wrongly true; false also where more
   // than a small share of `limit` would have to tell.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "check.hpp"
+#include "mesh/certificate.hpp"
 #include "mesh/distances.hpp"
 #include "mesh/framed_triangle.hpp"
 
@@ -80,24 +81,6 @@ void without_faces_everything_is_far() {
   CHECK(tree.farthest({}, 1.0) == 0.0);
 }
 
-// A triangle over two that part along its other diagonal: many times longer than the precision that is asked for.
-void reach_is_never_too_small_and_near_however_long_the_triangle() {
-  const double length = 30;
-  for (const double bend : {0.0, 0.01, 1.0}) {
-    const std::vector<Vec3> points{{0, 0, 0}, {length, 0, 0}, {length, 1, bend}, {0, 1, 0}};
-    const FaceTree tree(points, std::vector<Face>{{0, 1, 3}, {1, 2, 3}});
-    for (const double precision : {1e-1, 1e-3, 1e-5}) {
-      double farthest = 0;
-      Index nearest = 0;
-      for (int i = 0; i <= 1000; ++i) farthest = std::max(farthest, tree.distance((i / 1000.0) * points[2], nearest));
-      const double reach = tree.reach({points[0], points[1], points[2]}, 0, precision);
-      CHECK(farthest <= reach + 1e-12);
-      CHECK(reach <= farthest + std::max(precision, length / 10000));
-      CHECK(tree.reach({points[0], points[1], points[2]}, farthest + 1, 0) <= farthest + 1);
-    }
-  }
-}
-
 // A rough field with holes and a step, seen by triangles of many sizes.
 void panels_hold_what_is_near_and_nothing_else() {
   std::mt19937_64 generator(3);
@@ -123,7 +106,7 @@ void panels_hold_what_is_near_and_nothing_else() {
     const bool found = with.holds(t, limit);
     held += found;
     CHECK(found || !plain.holds(t, limit));
-    if (found) CHECK(plain.reach(t, limit, 1e-3) <= limit + 2e-3);
+    if (found) CHECK(Certificate(plain).bound(t, limit, 1e-3) <= limit + 2e-3);
   }
   CHECK(held > 100);
 }
@@ -131,7 +114,6 @@ void panels_hold_what_is_near_and_nothing_else() {
 }  // namespace
 
 int main() {
-  RUN(reach_is_never_too_small_and_near_however_long_the_triangle);
   RUN(a_segment_holds_its_own_points);
   RUN(the_tree_finds_the_nearest_of_all_faces);
   RUN(panels_hold_what_is_near_and_nothing_else);
