@@ -45,6 +45,7 @@ Collapser::Collapser(const RemainingSurface& input)
   for (std::size_t f = 0; f < faces_.size(); ++f)
     for (const Index p : faces_[f]) star_[p].push_back(static_cast<Index>(f));
   tree_.emplace(origin_, input.surface, limit_);
+  certificate_.emplace(*tree_);
   containment_.emplace(origin_, input.surface, tree_->order(), points_, faces_, limit_);
   crossings_.emplace(result_.points, faces_, input.beside);
   for (const auto& faces : {Faces(faces_), input.beside})
@@ -71,6 +72,7 @@ void Collapser::find_borders() {
     if (kind + 1 < edge_kinds) first_edge_[kind + 1] = first_edge_[kind] + static_cast<Index>(now.size());
     rims_[kind] = before;
     edge_tree_[kind].emplace(origin_, before);
+    edge_certificate_[kind].emplace(*edge_tree_[kind]);
     edge_containment_[kind].emplace(origin_, before, edge_tree_[kind]->order(), points_, now, limit_);
   }
 }
@@ -377,9 +379,10 @@ double Collapser::deviation(const CollapseResult& result) const {
   const auto rim = flatten_edges(edges, 0);
   // Each step holds borders to the limit. One beyond it is none: faces with the same corners have come to count as one.
   const auto held = [&](Points points, Faces border, const FaceTree& other, double known) {
+    Certificate certificate(other);
     std::vector<Face> near;
     std::copy_if(border.begin(), border.end(), std::back_inserter(near),
-                 [&](const Face& edge) { return other.holds(corners_of(edge, points), limit_); });
+                 [&](const Face& edge) { return certificate.holds(corners_of(edge, points), limit_); });
     return bound_distance(points, near, other, {known, precision, limit_}).distance;
   };
   const FaceTree after(points_, faces);

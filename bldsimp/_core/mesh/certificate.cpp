@@ -19,6 +19,9 @@ constexpr std::size_t kPlaces = 50000;
 // Faces for one thread at least.
 constexpr std::size_t kLeastFaces = 64;
 
+// A cell so many times longer than its face covers several, and a panel may hold it at once.
+constexpr double kMany = 1.2;
+
 double largest_coordinate(const Triangle& triangle) {
   double most = 0;
   for (const Vec3& p : triangle) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -107,6 +110,13 @@ double Certificate::bound(const Triangle& triangle, double enough, double precis
   return std::max(settled, left_.empty() ? 0.0 : left_.front().most);
 }
 
+// Whether a cell that covers many faces is held by a panel.
+bool Certificate::many_hold(const MeasuredCell& cell, double limit) const {
+  const double size = cell.cell.diameter();
+  if (!(size > kMany * surface_.triangle(cell.place).length)) return false;
+  return surface_.panel_holds(cell.cell.corners(), cell.cell.middle(), size, limit - blur(cell.cell));
+}
+
 // A point of a cell that is too far of all faces refutes; the faces nearest to its middle and to its worst corner prove
 // most cells, and tell where to cut the others.
 bool Certificate::holds(const Triangle& triangle, double limit, Index guess) {
@@ -116,7 +126,7 @@ bool Certificate::holds(const Triangle& triangle, double limit, Index guess) {
   while (!left_.empty()) {
     MeasuredCell cell = left_.back();
     left_.pop_back();
-    if (cell.most <= limit) continue;
+    if (cell.most <= limit || many_hold(cell, limit)) continue;
     Index inside = cell.place;
     if (surface_.nearest(cell.cell.middle(), inside) > limit) return false;
     if (improve(cell, inside) && cell.most <= limit) continue;

@@ -47,6 +47,7 @@ class Certificate {
   MeasuredCell measure(const Cell& cell, Index place);
   bool improve(MeasuredCell& cell, Index place);
   std::optional<CellParts> cut(const MeasuredCell& cell, Index other, double scale) const;
+  bool many_hold(const MeasuredCell& cell, double limit) const;
   double blur(const Cell& cell) const { return cell.depth() * blur_; }
 
   const FaceTree& surface_;

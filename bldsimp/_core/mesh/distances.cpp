@@ -95,82 +95,19 @@ FaceTree::Coverage FaceTree::find_coverage(const Triangle& piece, double longest
   return found;
 }
 
-// Halves a triangle until each piece is within the limit of one face, and goes down the tree with it: only what is
-// near a piece is looked at for its halves.
-class FaceTree::HoldCheck {
- public:
-  HoldCheck(const FaceTree& tree, double limit) : tree_(tree), nodes_(tree.tree_.nodes()), limit_(limit) {}
+bool FaceTree::panel_holds(Points corners, Vec3 middle, double size, double limit) const {
+  return !panels_.empty() && panel_holds(0, corners, middle, size, limit);
+}
 
-  bool holds(const Triangle& triangle) {
-    near_.push_back(0);
-    return piece_holds(triangle, 0);
-  }
-
- private:
-  // What is near the piece is among the nodes from `begin` on.
-  bool piece_holds(const Triangle& piece, std::size_t begin) {
-    if (holds(piece, guess_)) return true;
-    const double longest = longest_side(piece);
-    Box box = box_of(piece);
-    const Vec3 around{limit_, limit_, limit_};
-    box.low = box.low - around;
-    box.high = box.high + around;
-    const std::size_t end = near_.size();
-    for (std::size_t i = begin; i < end; ++i)
-      if (open(near_[i], piece, box, longest)) return done(end, true);
-    // A face that holds the whole piece is not much shorter than it.
-    for (std::size_t i = end; i < near_.size(); ++i)
-      if (one_holds(piece, near_[i], box, longest - 2 * limit_)) return done(end, true);
-    if (near_.size() == end || longest < limit_ * finest) return done(end, false);
-    const auto halves = halve(piece);
-    return done(end, piece_holds(halves[0], end) && piece_holds(halves[1], end));
-  }
-
-  // Nodes no longer than the piece, and those without halves; or whether the panel of one on the way to them holds it.
-  bool open(Index at, const Triangle& piece, const Box& box, double longest) {
-    const BoxNode& node = nodes_[at];
-    if (!node.meets(box)) return false;
-    if (const Panel* panel = tree_.panels_.at(at); panel && panel->holds(piece, limit_)) return true;
-    const Vec3 size = node.high - node.low;
-    if (node.second == 0 || std::max({size.x, size.y, size.z}) <= longest) {
-      near_.push_back(at);
-      return false;
-    }
-    return open(at + 1, piece, box, longest) || open(node.second, piece, box, longest);
-  }
-
-  bool one_holds(const Triangle& piece, Index at, const Box& box, double shortest) {
-    const BoxNode& node = nodes_[at];
-    if (node.longest < shortest || !node.meets(box)) return false;
-    if (node.second != 0)
-      return one_holds(piece, at + 1, box, shortest) || one_holds(piece, node.second, box, shortest);
-    for (Index i = node.begin; i < node.end; ++i) {
-      if (!holds(piece, i)) continue;
-      guess_ = i;
-      return true;
-    }
+// A panel is about as large as its node.
+bool FaceTree::panel_holds(Index at, Points corners, Vec3 middle, double size, double limit) const {
+  const BoxNode& node = tree_.nodes()[at];
+  const Vec3 extent = node.high - node.low;
+  if (std::max({extent.x, extent.y, extent.z}) < 0.5 * size || node.squared_distance(middle) > limit * limit)
     return false;
-  }
-
-  bool holds(const Triangle& piece, Index i) const {
-    const FramedTriangle& own = tree_.triangles_[i];
-    return std::all_of(piece.begin(), piece.end(), [&](const Vec3& p) { return own.within(p, limit_); });
-  }
-
-  bool done(std::size_t end, bool found) {
-    near_.resize(end);
-    return found;
-  }
-
-  const FaceTree& tree_;
-  const std::vector<BoxNode>& nodes_;
-  double limit_;
-  Index guess_ = 0;
-  std::vector<Index> near_;  // a stack
-};
-
-bool FaceTree::holds(const Triangle& triangle, double limit) const {
-  return !triangles_.empty() && HoldCheck(*this, limit).holds(triangle);
+  if (const Panel* panel = panels_.at(at); panel && panel->holds(corners, limit)) return true;
+  return node.second != 0 &&
+         (panel_holds(at + 1, corners, middle, size, limit) || panel_holds(node.second, corners, middle, size, limit));
 }
 
 std::vector<double> FaceTree::distances(Points queries) const {
