@@ -71,7 +71,6 @@ std::optional<Cell> follow_outline(const Cell& cell, const ChordEnd& begin, cons
 }
 
 std::optional<CellParts> cut_along(const Cell& cell, const Plane& plane, double tiny) {
-  if (cell.depth() >= Cell::most_depth) return {};
   const auto chord = find_chord(cell, plane, tiny);
   if (!chord) return {};
   const auto& [up, down] = *chord;
@@ -164,6 +163,37 @@ std::optional<Plane> find_middle_plane(const Cell& cell, const CellCut& cut, dou
   return {};
 }
 
+std::optional<CellParts> cut_along_faces(const Cell& cell, const CellCut& cut) {
+  if (cell.size() + 2 > Cell::most_corners) return {};
+  const double tiny = kOnCut * cell.diameter();
+  const auto& [worst, normal, own, other] = cut;
+  auto plane = leave(cell, own, normal, worst, tiny);
+  if (!plane && own.height > 0) plane = leave(cell, own, cross(own.x, own.y), worst, tiny);
+  if (!plane) plane = enter(cell, other, normal, worst, tiny);
+  if (!plane && other.height > 0) plane = enter(cell, other, cross(other.x, other.y), worst, tiny);
+  if (!plane) plane = find_middle_plane(cell, cut, tiny);
+  if (!plane) return {};
+  return cut_along(cell, *plane, tiny);
+}
+
+std::optional<CellParts> halve(const Cell& cell, Vec3 worst) {
+  const int n = cell.size();
+  Vec3 p = cell[0], q = cell[0];
+  for (int i = 0; i < n; ++i)
+    for (int j = i + 1; j < n; ++j)
+      if (length(cell[j] - cell[i]) > length(q - p)) p = cell[i], q = cell[j];
+  Plane across{0.5 * (p + q), normalize(q - p)};
+  if (across.height(worst) < 0) across = across.turned();
+  if (const auto parts = cut_along(cell, across, kOnCut * length(q - p))) return parts;
+  if (n < 6) return {};
+  // Too many corners, or too thin for roundings: from one corner to the one opposite.
+  const int half = n / 2;
+  CellParts parts{Cell({}, cell.depth() + 1), Cell({}, cell.depth() + 1)};
+  for (int i = 0; i <= half; ++i) parts.beyond.add(cell[i]);
+  for (int i = half; i <= n; ++i) parts.rest.add(cell[i % n]);
+  return parts;
+}
+
 }  // namespace
 
 Vec3 Cell::middle() const {
@@ -195,36 +225,11 @@ Vec3 find_normal(const Cell& cell, const FramedTriangle& face) {
   return normal == Vec3{0, 0, 0} ? square_to(along) : normal;
 }
 
-std::optional<CellParts> cut_along_faces(const Cell& cell, const CellCut& cut) {
-  if (cell.size() + 2 > Cell::most_corners) return {};
-  const double tiny = kOnCut * cell.diameter();
-  const auto& [worst, normal, own, other] = cut;
-  auto plane = leave(cell, own, normal, worst, tiny);
-  if (!plane && own.height > 0) plane = leave(cell, own, cross(own.x, own.y), worst, tiny);
-  if (!plane) plane = enter(cell, other, normal, worst, tiny);
-  if (!plane && other.height > 0) plane = enter(cell, other, cross(other.x, other.y), worst, tiny);
-  if (!plane) plane = find_middle_plane(cell, cut, tiny);
-  if (!plane) return {};
-  return cut_along(cell, *plane, tiny);
-}
-
-std::optional<CellParts> halve(const Cell& cell, Vec3 worst) {
+std::optional<CellParts> cut_cell(const Cell& cell, const CellCut& cut, double shortest) {
   if (cell.depth() >= Cell::most_depth) return {};
-  const int n = cell.size();
-  Vec3 p = cell[0], q = cell[0];
-  for (int i = 0; i < n; ++i)
-    for (int j = i + 1; j < n; ++j)
-      if (length(cell[j] - cell[i]) > length(q - p)) p = cell[i], q = cell[j];
-  Plane across{0.5 * (p + q), normalize(q - p)};
-  if (across.height(worst) < 0) across = across.turned();
-  if (const auto parts = cut_along(cell, across, kOnCut * length(q - p))) return parts;
-  if (n < 6) return {};
-  // Too many corners, or too thin for roundings: from one corner to the one opposite.
-  const int half = n / 2;
-  CellParts parts{Cell({}, cell.depth() + 1), Cell({}, cell.depth() + 1)};
-  for (int i = 0; i <= half; ++i) parts.beyond.add(cell[i]);
-  for (int i = half; i <= n; ++i) parts.rest.add(cell[i % n]);
-  return parts;
+  if (std::max(cut.own.length, cut.other.length) > shortest)
+    if (const auto parts = cut_along_faces(cell, cut)) return parts;
+  return halve(cell, cut.worst);
 }
 
 }  // namespace bldsimp

@@ -58,10 +58,8 @@ Vec3 find_normal(const Cell& cell, const FramedTriangle& face);
 
 // Cuts off a part with the worst corner, along the first of these that leaves something on both sides: an edge of
 // `own`, straight above or below; a plane through such an edge square to `own`; an edge of `other`; the line where both
-// are equally far. Nothing where none does, or where the cell has many corners or was cut too often.
-std::optional<CellParts> cut_along_faces(const Cell& cell, const CellCut& cut);
-
-// Cuts across the longest way. Nothing where the cell is too small or was cut too often.
-std::optional<CellParts> halve(const Cell& cell, Vec3 worst);
+// are equally far; else across the longest way. That last one, too, where both faces are shorter than `shortest`.
+// Nothing where the cell is too small or was cut too often.
+std::optional<CellParts> cut_cell(const Cell& cell, const CellCut& cut, double shortest);
 
 }  // namespace bldsimp

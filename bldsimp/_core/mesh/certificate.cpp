@@ -56,15 +56,10 @@ bool Certificate::improve(MeasuredCell& cell, Index place) {
   return true;
 }
 
-// Where the faces are shorter than `scale`, cells along their edges would be no larger than halves.
-std::optional<CellParts> Certificate::cut(const MeasuredCell& cell, Index other, double scale) const {
-  const FramedTriangle &own = surface_.triangle(cell.place), &next = surface_.triangle(other);
-  const Vec3 worst = cell.cell[cell.worst];
-  if (std::max(own.length, next.length) > scale) {
-    const Vec3 normal = normal_ == Vec3{0, 0, 0} ? find_normal(cell.cell, own) : normal_;
-    if (const auto parts = cut_along_faces(cell.cell, {worst, normal, own, next})) return parts;
-  }
-  return halve(cell.cell, worst);
+std::optional<CellParts> Certificate::cut(const MeasuredCell& cell, Index other, double shortest) const {
+  const FramedTriangle& own = surface_.triangle(cell.place);
+  const Vec3 normal = normal_ == Vec3{0, 0, 0} ? find_normal(cell.cell, own) : normal_;
+  return cut_cell(cell.cell, {cell.cell[cell.worst], normal, own, surface_.triangle(other)}, shortest);
 }
 
 // The farthest cell is cut first, so that what is left is a bound whenever one stops.
@@ -138,6 +133,7 @@ bool Certificate::holds(const Triangle& triangle, double limit, Index guess) {
       if (cell.worst != worst && surface_.nearest(cell.cell[cell.worst], other) > limit) return false;
     }
     if (cell.cell.diameter() < limit * finest) return false;
+    // Cells along the edges of faces that are shorter than the limit would be no larger than halves.
     const auto parts = cut(cell, other, limit);
     if (!parts) return false;
     left_.push_back(measure(parts->rest, cell.place));

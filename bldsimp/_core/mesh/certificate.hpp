@@ -46,7 +46,7 @@ class Certificate {
   void start(const Triangle& triangle);
   MeasuredCell measure(const Cell& cell, Index place);
   bool improve(MeasuredCell& cell, Index place);
-  std::optional<CellParts> cut(const MeasuredCell& cell, Index other, double scale) const;
+  std::optional<CellParts> cut(const MeasuredCell& cell, Index other, double shortest) const;
   bool many_hold(const MeasuredCell& cell, double limit) const;
   double blur(const Cell& cell) const { return cell.depth() * blur_; }
 

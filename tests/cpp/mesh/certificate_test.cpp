@@ -259,8 +259,7 @@ void parts_of_a_cell_keep_its_corners_and_its_area() {
       };
       const FramedTriangle own = face(), other = face();
       const Vec3 worst = cell[below(random, cell.size())];
-      auto parts = cut_along_faces(cell, {worst, find_normal(cell, own), own, other});
-      if (!parts) parts = halve(cell, worst);
+      const auto parts = cut_cell(cell, {worst, find_normal(cell, own), own, other}, random() % 4 ? 0 : 10);
       if (!parts) break;
       ++cuts;
       const auto& [rest, beyond] = *parts;
