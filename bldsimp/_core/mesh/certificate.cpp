@@ -22,6 +22,9 @@ constexpr std::size_t kLeastFaces = 64;
 // A cell so many times longer than its face covers several, and a panel may hold it at once.
 constexpr double kMany = 1.2;
 
+// What is within this share of the limit is near enough: the nearest of all would hold little more.
+constexpr double kNear = 0.25;
+
 double largest_coordinate(const Triangle& triangle) {
   double most = 0;
   for (const Vec3& p : triangle) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
@@ -117,20 +120,21 @@ bool Certificate::many_hold(const MeasuredCell& cell, double limit) const {
 bool Certificate::holds(const Triangle& triangle, double limit, Index guess) {
   if (surface_.order().empty()) return false;
   start(triangle);
+  const double near = kNear * limit;
   left_.push_back(measure(Cell(triangle), surface_.place_of(guess)));
   while (!left_.empty()) {
     MeasuredCell cell = left_.back();
     left_.pop_back();
     if (cell.most <= limit || many_hold(cell, limit)) continue;
     Index inside = cell.place;
-    if (surface_.nearest(cell.cell.middle(), inside) > limit) return false;
+    if (surface_.nearest(cell.cell.middle(), inside, near) > limit) return false;
     if (improve(cell, inside) && cell.most <= limit) continue;
     Index other = cell.place;
-    if (surface_.nearest(cell.cell[cell.worst], other) > limit) return false;
+    if (surface_.nearest(cell.cell[cell.worst], other, near) > limit) return false;
     const int worst = cell.worst;
     if (improve(cell, other)) {
       if (cell.most <= limit) continue;
-      if (cell.worst != worst && surface_.nearest(cell.cell[cell.worst], other) > limit) return false;
+      if (cell.worst != worst && surface_.nearest(cell.cell[cell.worst], other, near) > limit) return false;
     }
     if (cell.cell.diameter() < limit * finest) return false;
     // Cells along the edges of faces that are shorter than the limit would be no larger than halves.

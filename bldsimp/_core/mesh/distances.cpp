@@ -43,10 +43,11 @@ double FaceTree::distance(Vec3 query, Index& nearest) const {
   return found;
 }
 
-double FaceTree::nearest(Vec3 query, Index& place) const {
+double FaceTree::nearest(Vec3 query, Index& place, double enough) const {
+  const double stop = enough * enough;
   double best = triangles_[place].squared_distance(query);
   tree_.visit(
-      query, [&](const Box& box) { return box.squared_distance(query) < best; },
+      query, [&](const Box& box) { return best > stop && box.squared_distance(query) < best; },
       [&](Index i) {
         if (const double d = triangles_[i].squared_distance(query); d < best) {
           best = d;

@@ -41,7 +41,8 @@ class FaceTree {
   // The same by places in the tree, for who asks often.
   Index place_of(Index face) const { return place_[face]; }
   const FramedTriangle& triangle(Index place) const { return triangles_[place]; }
-  double nearest(Vec3 query, Index& place) const;
+  // One that is within `enough` will do as well.
+  double nearest(Vec3 query, Index& place, double enough = 0) const;
 
   // Whether a point is within `limit` of the faces; `nearest` is one that it is near then, and a guess before.
   bool within(Vec3 query, double limit, Index& nearest) const;

@@ -76,7 +76,8 @@ void what_is_proven_is_within_the_limit_after_many_changes() {
       if (old.empty()) continue;
       const Vec3 before = points[p];
       const double far = uniform(random, 0, 1.5 * limit);
-      points[p] = soup.points[p] + Vec3{uniform(random, -far, far), uniform(random, -far, far), uniform(random, -far, far)};
+      points[p] =
+          soup.points[p] + Vec3{uniform(random, -far, far), uniform(random, -far, far), uniform(random, -far, far)};
       std::vector<Index> near(old);
       for (const Index f : old)
         for (const Index q : faces[f]) append(near, faces_at(faces, q));
