@@ -206,7 +206,8 @@ class Retriangulator {
     for (const Index f : folded) {
       const Face& face = parts_.faces[f];
       const std::array needle{in_plane(face[0]), in_plane(face[1]), in_plane(face[2])};
-      const double reach = certificate.bound(needle, std::max(enough, height(needle)), std::max(1e-3 * limit, rounding));
+      const double reach =
+          certificate.bound(needle, std::max(enough, height(needle)), std::max(1e-3 * limit, rounding));
       if (reach <= rounding) continue;
       patches.reach.back() = std::max(patches.reach.back(), reach);
       if (reach <= limit) continue;
