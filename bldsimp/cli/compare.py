@@ -79,9 +79,9 @@ def compare(
     "improved" has.
 
     Only geometry is compared, not textures, colors and normals. Deviations are measured both ways, from all points
-    and 20,000 samples of each surface; the bound is certified. A border is made where an open edge lies on none of
-    the original. Seconds are those of one run, without reading and searching. The seconds of "standard" include those
-    of "improved", whose facets it starts from.
+    and 20,000 samples of each surface, and certified to a thousandth; the bound is certified. A border is made where
+    an open edge lies on none of the original. Seconds are those of one run, without reading and searching. The
+    seconds of "standard" include those of "improved", whose facets it starts from.
 
     A file that cannot be read gets a row that says why; the others are compared, and the exit code is 1.
     """

@@ -133,6 +133,26 @@ class TestJudge:
         assert judge.measure_within(raised, 0.25) == judge.measure_deviation(raised) == pytest.approx(0.25, abs=1e-14)
         assert 0.1 < judge.measure_within(raised, 0.1) <= 0.25
 
+    def test_it_finds_what_lies_between_the_samples(self) -> None:
+        """A spike so thin that no sample lies on it, between points that are all on the other surface."""
+        points, faces = box()
+        low, high = points.min(axis=0), points.max(axis=0)
+        tip = [(low + high) / 2 + [0.0, 0.0, 2 * high[2]]]
+        base = (low + high) / 2 + np.array([[-1e-9, 0.0, 0.0], [1e-9, 0.0, 0.0]])
+        spiked = np.concatenate([points, base, tip]), np.concatenate([faces, [[8, 9, 10]]])
+        found = Judge(make_surface((points, faces))).measure_deviation(make_surface(spiked))
+        assert found == pytest.approx(Judge(make_surface(spiked)).measure_deviation(make_surface((points, faces))))
+        assert found == pytest.approx(tip[0][2] - high[2])
+
+    def test_a_ridge_of_the_original_between_the_points_of_both_is_found(self) -> None:
+        """Two triangles that part a bent square along its one diagonal, and along the other one."""
+        points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0.5], [0, 1, 0]])
+        one = make_surface((points, [[0, 1, 2], [0, 2, 3]]))
+        other = make_surface((points, [[0, 1, 3], [1, 2, 3]]))
+        reach = [_core.distances(np.linspace(points[i], points[j], 20_001), side.points, side.faces).max()
+                 for i, j, side in ((0, 2, other), (1, 3, one))]  # fmt: skip
+        assert Judge(one).measure_deviation(other) == pytest.approx(max(reach), rel=1e-3)
+
     def test_a_hole_makes_borders_and_a_border_of_the_original_does_not(self) -> None:
         points, faces = fine_box()
         closed, holed = make_surface((points, faces)), make_surface((points, faces[2:]))

@@ -1,7 +1,7 @@
 // Bind `mesh/`: weld, halfedges, orientation, crossings, distances, predicates.
 #include "bindings/corner_rows.hpp"
+#include "mesh/certificate.hpp"
 #include "mesh/crossings.hpp"
-#include "mesh/distances.hpp"
 #include "mesh/halfedges.hpp"
 #include "mesh/orient.hpp"
 #include "mesh/weld.hpp"
@@ -34,6 +34,9 @@ void bind_topology(nb::module_& m) {
 }
 
 void bind_distances(nb::module_& m) {
+  nb::class_<SurfaceBound>(m, "SurfaceBound")
+      .def_ro("distance", &SurfaceBound::distance)
+      .def_ro("cells", &SurfaceBound::cells);
   nb::class_<FaceTree>(m, "FaceTree")
       .def(
           "__init__",
@@ -44,7 +47,23 @@ void bind_distances(nb::module_& m) {
           },
           "points"_a, "faces"_a)
       .def("distances", unlocked(&FaceTree::distances), "queries"_a)
-      .def("farthest", unlocked(&FaceTree::farthest), "queries"_a, "limit"_a);
+      .def("farthest", unlocked(&FaceTree::farthest), "queries"_a, "limit"_a)
+      .def(
+          "bound",
+          [](const FaceTree& self, Points points, Faces faces, double precision, double known) {
+            check_range(faces, points.size());
+            nb::gil_scoped_release release;
+            return bound_distance(points, faces, self, {known, precision});
+          },
+          "points"_a, "faces"_a, "precision"_a, "known"_a = 0.0)
+      .def(
+          "holds",
+          [](const FaceTree& self, Points points, Faces faces, double limit) {
+            check_range(faces, points.size());
+            nb::gil_scoped_release release;
+            return stays_within(points, faces, self, limit);
+          },
+          "points"_a, "faces"_a, "limit"_a);
   m.def("distances", unlocked([](Points queries, Points points, Faces faces) {
           check_range(faces, points.size());
           return FaceTree(points, faces).distances(queries);

@@ -177,14 +177,14 @@ bool Collapser::backward_at_places() {
   });
 }
 
-bool Collapser::backward() const {
+bool Collapser::backward() {
   return std::all_of(now_.made.begin(), now_.made.end(),
-                     [&](const NewFace& made) { return tree_->holds(made.corners, limit_); });
+                     [&](const NewFace& made) { return certificate_->holds(made.corners, limit_, near_[made.slot]); });
 }
 
-bool Collapser::backward_edge() const {
+bool Collapser::backward_edge() {
   return std::all_of(now_.made_edges.begin(), now_.made_edges.end(), [&](const NewEdge& made) {
-    return edge_tree_[edges_[made.edge].kind]->holds({made.begin, made.end, made.end}, limit_);
+    return edge_certificate_[edges_[made.edge].kind]->holds({made.begin, made.end, made.end}, limit_);
   });
 }
 

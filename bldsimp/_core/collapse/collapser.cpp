@@ -11,7 +11,7 @@ namespace {
 // Weight of an edge's length among costs: of equal ones the shortest goes first.
 constexpr double kLength = 1e-6;
 // Precision of the final bound, as a share of the tolerance, of which it takes as much away.
-constexpr double kPrecision = 5e-3;
+constexpr double kPrecision = 1e-4;
 // A point moves if that brings it nearer to its planes by this share of the tolerance.
 constexpr double kWorthMoving = 0.05;
 // Planes count as parallel where one tells less than this share across the other; the second where the first was
@@ -22,9 +22,6 @@ constexpr double kLeastShare = 0.1;
 // What is nearer than this share of the tolerance fits.
 constexpr double kFitting = 0.02;
 constexpr int kMostRounds = 8;
-// The bound that is told looks at so many places first.
-constexpr std::size_t kPlaces = 50000;
-
 Index third(const Face& f, Index p, Index q) {
   return *std::find_if(f.begin(), f.end(), [&](Index r) { return r != p && r != q; });
 }
@@ -48,6 +45,7 @@ Collapser::Collapser(const RemainingSurface& input)
   for (std::size_t f = 0; f < faces_.size(); ++f)
     for (const Index p : faces_[f]) star_[p].push_back(static_cast<Index>(f));
   tree_.emplace(origin_, input.surface, limit_);
+  certificate_.emplace(*tree_);
   containment_.emplace(origin_, input.surface, tree_->order(), points_, faces_, limit_);
   crossings_.emplace(result_.points, faces_, input.beside);
   for (const auto& faces : {Faces(faces_), input.beside})
@@ -74,6 +72,7 @@ void Collapser::find_borders() {
     if (kind + 1 < edge_kinds) first_edge_[kind + 1] = first_edge_[kind] + static_cast<Index>(now.size());
     rims_[kind] = before;
     edge_tree_[kind].emplace(origin_, before);
+    edge_certificate_[kind].emplace(*edge_tree_[kind]);
     edge_containment_[kind].emplace(origin_, before, edge_tree_[kind]->order(), points_, now, limit_);
   }
 }
@@ -370,29 +369,6 @@ std::vector<Index> Collapser::holders() const {
   return found;
 }
 
-// The distances of some places tell how little there is no need to look at closely. What the standing proof holds to
-// the limit is no farther, however long it would take to tell; nor need more be told of what is no farther than is
-// known of something else. Guesses are faces of the other surface, or none.
-static double bound_distance(Points points, Faces faces, const FaceTree& other, Indices guesses, double known,
-                             double precision, double limit) {
-  std::vector<Vec3> some;
-  for (std::size_t f = 0; f < faces.size(); f += 1 + faces.size() / kPlaces) {
-    const Triangle own = corners_of(faces[f], points);
-    some.insert(some.end(), {own[0], centroid(own)});
-  }
-  const double enough = std::max(known, other.farthest(some, std::numeric_limits<double>::infinity()) + precision);
-  std::vector<double> reach(faces.size());
-  parallel_each(
-      faces.size(),
-      [&](Index f) {
-        const Triangle own = corners_of(faces[f], points);
-        reach[f] = other.reach(own, enough, precision, guesses.empty() ? 0 : guesses[f]);
-        if (reach[f] > limit && other.holds(own, limit)) reach[f] = limit;
-      },
-      64);
-  return std::accumulate(reach.begin(), reach.end(), known, [](double a, double b) { return std::max(a, b); });
-}
-
 double Collapser::deviation(const CollapseResult& result) const {
   const double precision = kPrecision / (1 - kPrecision) * limit_;
   const auto& faces = result.triangles;
@@ -403,13 +379,15 @@ double Collapser::deviation(const CollapseResult& result) const {
   const auto rim = flatten_edges(edges, 0);
   // Each step holds borders to the limit. One beyond it is none: faces with the same corners have come to count as one.
   const auto held = [&](Points points, Faces border, const FaceTree& other, double known) {
+    Certificate certificate(other);
     std::vector<Face> near;
     std::copy_if(border.begin(), border.end(), std::back_inserter(near),
-                 [&](const Face& edge) { return other.holds(corners_of(edge, points), limit_); });
-    return bound_distance(points, near, other, {}, known, precision, limit_);
+                 [&](const Face& edge) { return certificate.holds(corners_of(edge, points), limit_); });
+    return bound_distance(points, near, other, {known, precision, limit_}).distance;
   };
-  double found = bound_distance(origin_, input_.surface, FaceTree(points_, faces), result.holder, 0, precision, limit_);
-  found = bound_distance(points_, faces, *tree_, {}, found, precision, limit_);
+  const FaceTree after(points_, faces);
+  double found = bound_distance(origin_, input_.surface, after, {0, precision, limit_, result.holder}).distance;
+  found = bound_distance(points_, faces, *tree_, {found, precision, limit_}).distance;
   found = held(origin_, rims_[0], FaceTree(points_, rim), found);
   return held(points_, rim, *edge_tree_[0], found);
 }

@@ -10,8 +10,8 @@
 #include "collapse/collapse.hpp"
 #include "collapse/containment.hpp"
 #include "collapse/quadric.hpp"
+#include "mesh/certificate.hpp"
 #include "mesh/crossings.hpp"
-#include "mesh/distances.hpp"
 
 namespace bldsimp {
 
@@ -91,8 +91,8 @@ class Collapser {
   std::optional<Refusal> shape() const;
   void bound();
   bool backward_at_places();
-  bool backward() const;
-  bool backward_edge() const;
+  bool backward();
+  bool backward_edge();
   bool forward();
   bool forward_edge();
   std::vector<CrossingTracker::Change> changes() const;
@@ -115,10 +115,12 @@ class Collapser {
   std::priority_queue<Candidate> queue_;
   std::array<Index, edge_kinds> first_edge_{};  // of each kind
   std::optional<FaceTree> tree_;
+  std::optional<Certificate> certificate_;          // that what is made lies within the limit of the surface
   std::vector<Index> near_;                         // of each face, one of the surface that was near it
   std::vector<double> far_;                         // how far each face is from the surface at most
   std::array<std::vector<Face>, edge_kinds> rims_;  // borders of the surface of each kind, as faces without area
   std::array<std::optional<FaceTree>, edge_kinds> edge_tree_;
+  std::array<std::optional<Certificate>, edge_kinds> edge_certificate_;
   std::optional<ContainmentProof> containment_;
   std::array<std::optional<ContainmentProof>, edge_kinds> edge_containment_;
   CollapseResult result_;

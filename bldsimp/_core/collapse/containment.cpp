@@ -12,20 +12,27 @@ namespace {
 constexpr double kThickest = 2;
 constexpr std::size_t kLeastParallel = 4096;
 
+double largest_coordinate(Points points) {
+  double most = 0;
+  for (const Vec3& p : points) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  return most;
+}
+
 }  // namespace
 
 ContainmentProof::ContainmentProof(Points points, Faces surface, Indices order, Points positions, Faces slots,
                                    double limit)
-    : limit_(limit), place_(surface.size()), relying_(slots.size()) {
+    : limit_(limit - Cell::most_depth * Cell::rounding * largest_coordinate(points)), place_(surface.size()),
+      relying_(slots.size()) {
   if (slots.empty() || surface.empty()) return;
   const FaceTree tree(positions, slots);
   triangle_.reserve(slots.size());
   for (const auto& [a, b, c] : slots) triangle_.emplace_back(positions[a], positions[b], positions[c]);
   pieces_.reserve(2 * surface.size());
+  pool_.reserve(5 * surface.size());
   for (const Index face : order) {
-    const auto [a, b, c] = corners_of(surface[face], points);
     place_[face] = static_cast<Index>(pieces_.size());
-    pieces_.push_back({{a, b, c, {}}});
+    pieces_.push_back({store(corners_of(surface[face], points)), -1, -1, -1, 0, 3, 0});
   }
   std::vector<Face> ordered;
   ordered.reserve(surface.size());
@@ -69,11 +76,13 @@ void ContainmentProof::group(Index piece, Points points, Faces faces, std::size_
   const std::size_t half = begin + (end - begin) / 2;
   const bool few = end - begin <= static_cast<std::size_t>(BoxTree::few);
   const Index child = static_cast<Index>(few ? begin : pieces_.size());
-  const Index children = static_cast<Index>(few ? end - begin : 2);
+  const auto children = static_cast<std::uint8_t>(few ? end - begin : 2);
   if (!few) pieces_.resize(pieces_.size() + 2);
-  pieces_[piece].shape = shape;
-  pieces_[piece].child = child;
-  pieces_[piece].children = children;
+  SurfacePiece& own = pieces_[piece];
+  own.corners = store(shape);
+  own.size = static_cast<std::uint8_t>(shape.size());
+  own.child = child;
+  own.children = children;
   if (useful)
     for (Index i = 0; i < children; ++i) pieces_[child + i].parent = piece;
   if (few) return;
@@ -88,7 +97,7 @@ void ContainmentProof::place_all(Faces surface, const FaceTree& tree) {
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t f = begin; f < end; ++f) {
           nearest[f] = f > begin ? nearest[f - 1] : 0;
-          tree.distance(centroid(corners(static_cast<Index>(f))), nearest[f]);
+          tree.distance(cell(static_cast<Index>(f)).middle(), nearest[f]);
         }
       },
       kLeastParallel);
@@ -99,20 +108,28 @@ void ContainmentProof::place_all(Faces surface, const FaceTree& tree) {
 
 // `nearest` is the slot nearest to the middle of the piece.
 void ContainmentProof::place(Index piece, const FaceTree& tree, Index nearest) {
-  const auto [a, b, c] = corners(piece);
-  const double most = std::max({tree.to_face(a, nearest), tree.to_face(b, nearest), tree.to_face(c, nearest)});
-  if (most > limit_ && longest_side(corners(piece)) >= limit_ * FaceTree::finest &&
-      tree.to_face(centroid({a, b, c}), nearest) <= limit_) {
-    split(piece);
-    for (int i = 0; i < 2; ++i) {
-      const Index child = pieces_[piece].child + i;
-      Index near = nearest;
-      tree.distance(centroid(corners(child)), near);
-      place(child, tree, near);
+  const Cell own = cell(piece);
+  const FramedTriangle& face = triangle_[nearest];
+  Vec3 worst = own[0];
+  double most = -1;
+  for (const Vec3& p : own.corners())
+    if (const double square = face.squared_distance(p); square > most) most = square, worst = p;
+  const bool held = most <= limit_ * limit_;
+  if (!held && own.diameter() >= limit_ * FaceTree::finest && face.within(own.middle(), limit_)) {
+    Index other = nearest;
+    tree.distance(worst, other);
+    if (const auto parts = cut_cell(own, {worst, find_normal(own, face), face, triangle_[other]}, limit_)) {
+      split(piece, *parts);
+      const Index child = pieces_[piece].child;
+      for (int i = 0; i < 2; ++i) {
+        Index near = i == 0 ? nearest : other;
+        tree.distance(cell(child + i).middle(), near);
+        place(child + i, tree, near);
+      }
+      return;
     }
-    return;
   }
-  if (most > limit_) unproven_.push_back(nearest);
+  if (!held) unproven_.push_back(nearest);
   rely(piece, nearest);
 }
 
@@ -130,7 +147,8 @@ void ContainmentProof::rely(Index piece, Index slot) {
 }
 
 std::array<Vec3, 8> ContainmentProof::box(Index piece) const {
-  const auto& [middle, x, y, z] = pieces_[piece].shape;
+  const Points shape = corners(piece);
+  const Vec3 middle = shape[0], x = shape[1], y = shape[2], z = shape[3];
   std::array<Vec3, 8> found;
   // Opposite corners first: they tell soonest that no face holds all.
   for (int i = 0; i < 4; ++i) {
@@ -141,7 +159,26 @@ std::array<Vec3, 8> ContainmentProof::box(Index piece) const {
   return found;
 }
 
-void ContainmentProof::split(Index piece) {
+// Cells have three to eight corners: each takes no more of the pool than it needs, and leaves it to the next of as
+// many.
+Index ContainmentProof::store(Points corners) {
+  auto& unused = free_corners_[corners.size()];
+  if (unused.empty()) {
+    pool_.insert(pool_.end(), corners.begin(), corners.end());
+    return static_cast<Index>(pool_.size() - corners.size());
+  }
+  const Index begin = unused.back();
+  unused.pop_back();
+  std::copy(corners.begin(), corners.end(), pool_.begin() + begin);
+  return begin;
+}
+
+void ContainmentProof::discard(Index piece) {
+  free_corners_[pieces_[piece].size].push_back(pieces_[piece].corners);
+  pieces_[piece] = {};
+}
+
+void ContainmentProof::split(Index piece, const CellParts& parts) {
   Index child;
   if (free_.empty()) {
     child = static_cast<Index>(pieces_.size());
@@ -150,11 +187,14 @@ void ContainmentProof::split(Index piece) {
     child = free_.back();
     free_.pop_back();
   }
-  const auto halves = halve(corners(piece));
-  for (int i = 0; i < 2; ++i) {
-    const auto& [a, b, c] = halves[i];
-    pieces_[child + i] = {{a, b, c, {}}, piece};
-  }
+  for (const auto& [at, part] : {std::pair(child, &parts.rest), std::pair(child + 1, &parts.beyond)})
+    pieces_[at] = {store(part->corners()),
+                   piece,
+                   -1,
+                   -1,
+                   0,
+                   static_cast<std::uint8_t>(part->size()),
+                   static_cast<std::uint8_t>(part->depth())};
   pieces_[piece].child = child;
   pieces_[piece].children = 2;
   pieces_[piece].slot = -1;
@@ -186,6 +226,7 @@ bool ContainmentProof::finds(Indices old, std::span<const Holder> holders) {
   holders = holders.first(std::min(holders.size(), most_holders));
   gather(old);
   plan_.clear();
+  cuts_.clear();
   last_ = 0;
   return std::all_of(gathered_.begin(), gathered_.end(), [&](Index piece) { return prove(piece, holders); });
 }
@@ -215,40 +256,87 @@ bool ContainmentProof::prove(Index piece, std::span<const Holder> holders) {
       if (!prove(own.child + i, holders)) return false;
     return true;
   }
-  const Triangle own = corners(piece);
-  if (held_by_one(own, holders)) return true;
-  std::array<Mask, 3> masks;
-  for (int i = 0; i < 3; ++i)
+  if (held_by_one(corners(piece), holders)) return true;
+  const Cell own = cell(piece);
+  CornerMasks masks;
+  for (int i = 0; i < own.size(); ++i)
     if (masks[i] = mask(own[i], holders); !masks[i]) return false;
-  return settle(own, masks, holders);
+  return settle(own, masks, find_normal(own, holders[0].triangle), holders);
 }
 
-bool ContainmentProof::settle(const Triangle& corners, const std::array<Mask, 3>& masks,
+bool ContainmentProof::settle(const Cell& cell, const CornerMasks& masks, Vec3 normal,
                               std::span<const Holder> holders) {
-  if (const Mask common = masks[0] & masks[1] & masks[2]) {
+  Mask common = masks[0];
+  for (int i = 1; i < cell.size(); ++i) common &= masks[i];
+  if (common) {
     plan_.push_back(holders[std::countr_zero(common)].slot);
     return true;
   }
-  if (longest_side(corners) < limit_ * FaceTree::finest) return false;
-  const std::size_t i = longest_at(corners);
-  const auto halves = halve(corners);
-  const Mask middle = mask(halves[0][1], holders);
-  if (!middle) return false;
+  if (cell.diameter() < limit_ * FaceTree::finest) return false;
+  const auto parts = cut(cell, masks, normal, holders);
+  if (!parts) return false;
+  // Few corners are new, and some of them are those of both parts.
+  std::array<CornerMasks, 2> own;
+  const Cell* cells[] = {&cell, &parts->rest};
+  const CornerMasks* known[] = {&masks, &own[0]};
+  for (int k = 0; k < 2; ++k) {
+    const Cell& part = k == 0 ? parts->rest : parts->beyond;
+    for (int i = 0; i < part.size(); ++i) {
+      own[k][i] = 0;
+      for (int from = 0; from <= k && !own[k][i]; ++from)
+        for (int j = 0; j < cells[from]->size() && !own[k][i]; ++j)
+          if ((*cells[from])[j] == part[i]) own[k][i] = (*known[from])[j];
+      if (!own[k][i]) own[k][i] = mask(part[i], holders);
+      if (!own[k][i]) return false;
+    }
+  }
   plan_.push_back(kSplit);
-  return settle(halves[0], {masks[i], middle, masks[(i + 2) % 3]}, holders) &&
-         settle(halves[1], {middle, masks[(i + 1) % 3], masks[(i + 2) % 3]}, holders);
+  cuts_.push_back(*parts);
+  return settle(parts->rest, own[0], normal, holders) && settle(parts->beyond, own[1], normal, holders);
+}
+
+// The holder with the most corners keeps them, of several the one nearest to the middle; what it does not hold is cut
+// off. The others' part goes to the one with the most corners beside the worst.
+std::optional<CellParts> ContainmentProof::cut(const Cell& cell, const CornerMasks& masks, Vec3 normal,
+                                               std::span<const Holder> holders) const {
+  Mask any = 0;
+  for (int i = 0; i < cell.size(); ++i) any |= masks[i];
+  const auto count = [&](int holder) {
+    int corners = 0;
+    for (int i = 0; i < cell.size(); ++i) corners += static_cast<int>(masks[i] >> holder & 1);
+    return corners;
+  };
+  const Vec3 middle = cell.middle();
+  int best = -1, other = -1, worst = -1, most = 0;
+  double least = 0, far = -1;
+  for (Mask left = any; left; left &= left - 1) {
+    const int holder = std::countr_zero(left), corners = count(holder);
+    if (corners < most) continue;
+    const double square = holders[holder].triangle.squared_distance(middle);
+    if (corners > most || square < least) most = corners, best = holder, least = square;
+  }
+  const FramedTriangle& own = holders[best].triangle;
+  for (int i = 0; i < cell.size(); ++i) {
+    if (masks[i] >> best & 1) continue;
+    if (const double square = own.squared_distance(cell[i]); square > far) far = square, worst = i;
+  }
+  most = 0;
+  for (Mask left = masks[worst]; left; left &= left - 1)
+    if (const int holder = std::countr_zero(left), corners = count(holder); corners > most)
+      most = corners, other = holder;
+  return cut_cell(cell, {cell[worst], normal, own, holders[other].triangle}, limit_);
 }
 
 void ContainmentProof::commit(Indices old, std::span<const Holder> holders) {
   for (const Index slot : old) relying_[slot].clear();
   for (const Holder& holder : holders) triangle_[holder.slot] = holder.triangle;
   moved_.clear();
-  std::size_t step = 0;
-  for (const Index piece : gathered_) assign(piece, step);
+  std::size_t step = 0, cut = 0;
+  for (const Index piece : gathered_) assign(piece, step, cut);
   for (const Index piece : moved_) join(piece);
 }
 
-void ContainmentProof::assign(Index piece, std::size_t& step) {
+void ContainmentProof::assign(Index piece, std::size_t& step, std::size_t& cut) {
   const Index slot = plan_[step++];
   if (slot != kSplit) {
     rely(piece, slot);
@@ -258,12 +346,12 @@ void ContainmentProof::assign(Index piece, std::size_t& step) {
   if (is_group(piece))
     pieces_[piece].slot = -1;
   else
-    split(piece);
+    split(piece, cuts_[cut++]);
   const Index child = pieces_[piece].child, children = pieces_[piece].children;
-  for (Index i = 0; i < children; ++i) assign(child + i, step);
+  for (Index i = 0; i < children; ++i) assign(child + i, step, cut);
 }
 
-// Corners of a piece are corners of its halves, so the face that holds both holds it; a box has corners of its own.
+// Corners of a piece are corners of its parts, so the face that holds both holds it; a box has corners of its own.
 void ContainmentProof::join(Index piece) {
   for (;;) {
     const Index parent = pieces_[piece].parent, slot = pieces_[piece].slot;
@@ -278,7 +366,7 @@ void ContainmentProof::join(Index piece) {
         return;
       for (Index i = 0; i < whole.children; ++i) pieces_[whole.child + i].slot = -1;
     } else {
-      for (Index i = 0; i < 2; ++i) pieces_[whole.child + i] = {};
+      for (Index i = 0; i < 2; ++i) discard(whole.child + i);
       free_.push_back(whole.child);
       whole.child = -1;
       whole.children = 0;

@@ -4,8 +4,8 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "mesh/certificate.hpp"
 #include "mesh/crossings.hpp"
-#include "mesh/distances.hpp"
 #include "mesh/edges.hpp"
 #include "mesh/errors.hpp"
 
@@ -94,7 +94,7 @@ class HoleFiller {
     const Face face{a, middle, b};
     if (folds(face, a, middle) || folds(face, middle, b)) return false;
     if (left_ == 3 ? folds(face, b, a) : edges_.contains(key(a, b))) return false;
-    return tree_.holds(corners_of(face, points_), limit_);
+    return certificate_.holds(corners_of(face, points_), limit_);
   }
 
   void push(Index middle) {
@@ -106,6 +106,7 @@ class HoleFiller {
   Faces faces_;
   double limit_;
   FaceTree tree_;
+  Certificate certificate_;
   std::vector<Index> open_;                         // open halfedge that starts at each point, -1 none, -2 several
   std::unordered_map<std::uint64_t, Index> edges_;  // between points of open edges: how many faces
   // What is left of the loop that is closed: it runs the other way than the open edges.
@@ -116,8 +117,8 @@ class HoleFiller {
 };
 
 HoleFiller::HoleFiller(Points points, Faces faces, double limit)
-    : points_(about_middle(points)), faces_(faces), limit_(limit), tree_(points_, faces), open_(points.size(), -1),
-      next_(points.size(), -1), before_(points.size(), -1), stamp_(points.size(), 0) {
+    : points_(about_middle(points)), faces_(faces), limit_(limit), tree_(points_, faces), certificate_(tree_),
+      open_(points.size(), -1), next_(points.size(), -1), before_(points.size(), -1), stamp_(points.size(), 0) {
   const auto count = static_cast<Index>(points.size());
   const EdgeBuckets buckets(faces, count);
   std::vector<bool> ends(points.size(), false);

@@ -16,16 +16,6 @@ constexpr std::size_t kLeastBlocks = 4;
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-// Pieces of one triangle: more than any but a made-up case needs. What is left then counts as it is.
-constexpr std::size_t kMostPieces = 1 << 16;
-
-// A piece of a triangle, and how far any point of it is at most.
-struct TrianglePiece {
-  double most;
-  Triangle corners;
-  bool operator<(const TrianglePiece& o) const { return most < o.most; }
-};
-
 }  // namespace
 
 FaceTree::FaceTree(Points points, Faces faces)
@@ -48,16 +38,22 @@ double FaceTree::to_face(Vec3 query, Index face) const {
 
 double FaceTree::distance(Vec3 query, Index& nearest) const {
   Index place = place_[nearest];
+  const double found = this->nearest(query, place);
+  nearest = tree_.order()[place];
+  return found;
+}
+
+double FaceTree::nearest(Vec3 query, Index& place, double enough) const {
+  const double stop = enough * enough;
   double best = triangles_[place].squared_distance(query);
   tree_.visit(
-      query, [&](const Box& box) { return box.squared_distance(query) < best; },
+      query, [&](const Box& box) { return best > stop && box.squared_distance(query) < best; },
       [&](Index i) {
         if (const double d = triangles_[i].squared_distance(query); d < best) {
           best = d;
           place = i;
         }
       });
-  nearest = tree_.order()[place];
   return std::sqrt(best);
 }
 
@@ -73,37 +69,6 @@ bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
         nearest = tree_.order()[i];
       });
   return found;
-}
-
-// The distance to one face is greatest at a corner, and no point is farther than another and the way there. The
-// farthest piece is halved first, so that what is left is a bound whenever one stops.
-double FaceTree::reach(const Triangle& triangle, double enough, double precision, Index guess) const {
-  if (triangles_.empty()) return kFar;
-  Index nearest = guess;
-  double least = 0;  // that the greatest distance is
-  const auto to_nearest = [&](const Triangle& t) {
-    return std::max({to_face(t[0], nearest), to_face(t[1], nearest), to_face(t[2], nearest)});
-  };
-  if (const double most = to_nearest(triangle); most <= enough) return most;
-  const auto piece = [&](const Triangle& corners) {
-    const auto& [a, b, c] = corners;
-    const Vec3 middle = centroid(corners);
-    const double at_middle = distance(middle, nearest);
-    least = std::max(least, at_middle);
-    const double way = std::max({length(a - middle), length(b - middle), length(c - middle)});
-    return TrianglePiece{std::min(to_nearest(corners), at_middle + way), corners};
-  };
-  std::vector<TrianglePiece> left{piece(triangle)};  // a heap
-  while (left.front().most > std::max(enough, least + precision) && left.size() < kMostPieces) {
-    std::pop_heap(left.begin(), left.end());
-    const auto farthest = left.back().corners;
-    left.pop_back();
-    for (const auto& half : halve(farthest)) {
-      left.push_back(piece(half));
-      std::push_heap(left.begin(), left.end());
-    }
-  }
-  return left.front().most;
 }
 
 FaceTree::Coverage FaceTree::find_coverage(const Triangle& piece, double longest, double limit, Index& place) const {
@@ -131,82 +96,19 @@ FaceTree::Coverage FaceTree::find_coverage(const Triangle& piece, double longest
   return found;
 }
 
-// Halves a triangle until each piece is within the limit of one face, and goes down the tree with it: only what is
-// near a piece is looked at for its halves.
-class FaceTree::HoldCheck {
- public:
-  HoldCheck(const FaceTree& tree, double limit) : tree_(tree), nodes_(tree.tree_.nodes()), limit_(limit) {}
+bool FaceTree::panel_holds(Points corners, Vec3 middle, double size, double limit) const {
+  return !panels_.empty() && panel_holds(0, corners, middle, size, limit);
+}
 
-  bool holds(const Triangle& triangle) {
-    near_.push_back(0);
-    return piece_holds(triangle, 0);
-  }
-
- private:
-  // What is near the piece is among the nodes from `begin` on.
-  bool piece_holds(const Triangle& piece, std::size_t begin) {
-    if (holds(piece, guess_)) return true;
-    const double longest = longest_side(piece);
-    Box box = box_of(piece);
-    const Vec3 around{limit_, limit_, limit_};
-    box.low = box.low - around;
-    box.high = box.high + around;
-    const std::size_t end = near_.size();
-    for (std::size_t i = begin; i < end; ++i)
-      if (open(near_[i], piece, box, longest)) return done(end, true);
-    // A face that holds the whole piece is not much shorter than it.
-    for (std::size_t i = end; i < near_.size(); ++i)
-      if (one_holds(piece, near_[i], box, longest - 2 * limit_)) return done(end, true);
-    if (near_.size() == end || longest < limit_ * finest) return done(end, false);
-    const auto halves = halve(piece);
-    return done(end, piece_holds(halves[0], end) && piece_holds(halves[1], end));
-  }
-
-  // Nodes no longer than the piece, and those without halves; or whether the panel of one on the way to them holds it.
-  bool open(Index at, const Triangle& piece, const Box& box, double longest) {
-    const BoxNode& node = nodes_[at];
-    if (!node.meets(box)) return false;
-    if (const Panel* panel = tree_.panels_.at(at); panel && panel->holds(piece, limit_)) return true;
-    const Vec3 size = node.high - node.low;
-    if (node.second == 0 || std::max({size.x, size.y, size.z}) <= longest) {
-      near_.push_back(at);
-      return false;
-    }
-    return open(at + 1, piece, box, longest) || open(node.second, piece, box, longest);
-  }
-
-  bool one_holds(const Triangle& piece, Index at, const Box& box, double shortest) {
-    const BoxNode& node = nodes_[at];
-    if (node.longest < shortest || !node.meets(box)) return false;
-    if (node.second != 0)
-      return one_holds(piece, at + 1, box, shortest) || one_holds(piece, node.second, box, shortest);
-    for (Index i = node.begin; i < node.end; ++i) {
-      if (!holds(piece, i)) continue;
-      guess_ = i;
-      return true;
-    }
+// A panel is about as large as its node.
+bool FaceTree::panel_holds(Index at, Points corners, Vec3 middle, double size, double limit) const {
+  const BoxNode& node = tree_.nodes()[at];
+  const Vec3 extent = node.high - node.low;
+  if (std::max({extent.x, extent.y, extent.z}) < 0.5 * size || node.squared_distance(middle) > limit * limit)
     return false;
-  }
-
-  bool holds(const Triangle& piece, Index i) const {
-    const FramedTriangle& own = tree_.triangles_[i];
-    return std::all_of(piece.begin(), piece.end(), [&](const Vec3& p) { return own.within(p, limit_); });
-  }
-
-  bool done(std::size_t end, bool found) {
-    near_.resize(end);
-    return found;
-  }
-
-  const FaceTree& tree_;
-  const std::vector<BoxNode>& nodes_;
-  double limit_;
-  Index guess_ = 0;
-  std::vector<Index> near_;  // a stack
-};
-
-bool FaceTree::holds(const Triangle& triangle, double limit) const {
-  return !triangles_.empty() && HoldCheck(*this, limit).holds(triangle);
+  if (const Panel* panel = panels_.at(at); panel && panel->holds(corners, limit)) return true;
+  return node.second != 0 &&
+         (panel_holds(at + 1, corners, middle, size, limit) || panel_holds(node.second, corners, middle, size, limit));
 }
 
 std::vector<double> FaceTree::distances(Points queries) const {

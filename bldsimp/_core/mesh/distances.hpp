@@ -21,7 +21,7 @@ class FaceTree {
 
   FaceTree(Points points, Faces faces);
 
-  // One that knows panels that are flat but for a limit, for `holds` to be asked about large triangles at that limit.
+  // One that knows panels that are flat but for a limit, for certificates of large triangles at that limit.
   FaceTree(Points points, Faces faces, double limit);
 
   // The faces, in an order in which near ones mostly are beside each other.
@@ -38,17 +38,17 @@ class FaceTree {
 
   double to_face(Vec3 query, Index face) const;
 
+  // The same by places in the tree, for who asks often.
+  Index place_of(Index face) const { return place_[face]; }
+  const FramedTriangle& triangle(Index place) const { return triangles_[place]; }
+  // One that is within `enough` will do as well.
+  double nearest(Vec3 query, Index& place, double enough = 0) const;
+
   // Whether a point is within `limit` of the faces; `nearest` is one that it is near then, and a guess before.
   bool within(Vec3 query, double limit, Index& nearest) const;
 
-  // How far any point of a triangle is from the faces at most. It is never too small, and exact but for
-  // `precision`, or for `enough` where it is less than that. `guess` may be a face that is near all of it. O(log m)
-  // for each place where the triangle leaves one face for another.
-  double reach(const Triangle& triangle, double enough, double precision, Index guess = 0) const;
-
-  // Whether every point of a triangle is within `limit` of the faces. Never wrongly true; false also where more
-  // than a small share of `limit` would have to tell.
-  bool holds(const Triangle& triangle, double limit) const;
+  // Whether a panel near `middle` tells that all between some corners that are `size` apart is within the limit.
+  bool panel_holds(Points corners, Vec3 middle, double size, double limit) const;
 
   // Whether one face is within the limit of a whole piece, or some face of its middle at least. `place` is where in
   // the tree it is, and a guess before.
@@ -56,7 +56,7 @@ class FaceTree {
   Coverage find_coverage(const Triangle& piece, double longest, double limit, Index& place) const;
 
  private:
-  class HoldCheck;
+  bool panel_holds(Index node, Points corners, Vec3 middle, double size, double limit) const;
 
   BoxTree tree_;
   Panels panels_;

@@ -15,6 +15,9 @@ struct FramedTriangle {
   double squared_distance(Vec3 p) const;
   bool within(Vec3 p, double limit) const;  // most that are not are told without a division
 
+  // Share of its longest side below which the height of a triangle is a rounding.
+  static constexpr double no_height = 4e-16;
+
   Vec3 origin, x{0, 0, 0}, y{0, 0, 0};
   double length, foot = 0, height = 0;
 };
@@ -42,7 +45,12 @@ inline FramedTriangle::FramedTriangle(Vec3 a, Vec3 b, Vec3 c) {
   Vec3 up = side - foot * x;
   up = up - dot(up, x) * x;
   height = bldsimp::length(up);
-  if (height > 0) y = (1 / height) * up;
+  // A height that is a mere rounding says nothing of a direction: `y` along it need not be square to `x`, and `within`
+  // would refuse points of the longest side itself.
+  if (height > no_height * length)
+    y = (1 / height) * up;
+  else
+    height = 0;
 }
 
 inline double FramedTriangle::squared_distance(Vec3 p) const {

@@ -122,8 +122,8 @@ class PanelFinder {
 
 }  // namespace
 
-bool Panel::holds(const Triangle& triangle, double limit) const {
-  return std::all_of(triangle.begin(), triangle.end(), [&](const Vec3& p) {
+bool Panel::holds(Points corners, double limit) const {
+  return std::all_of(corners.begin(), corners.end(), [&](const Vec3& p) {
     const Vec3 way = p - middle;
     const double height = dot(way, z);
     return std::abs(dot(way, x)) <= width && std::abs(dot(way, y)) <= depth && height - low <= limit &&

@@ -12,8 +12,8 @@ struct Panel {
   double width, depth;   // half of it, along x and y
   double low = 0, high = 0;
 
-  // Whether every point of a triangle is within a limit of the surface; never wrongly true.
-  bool holds(const Triangle& triangle, double limit) const;
+  // Whether every point between some corners is within a limit of the surface; never wrongly true.
+  bool holds(Points corners, double limit) const;
 };
 
 // Of some nodes of a tree over the faces, those with a few dozen and a few hundred faces, where the surface is flat
@@ -22,6 +22,8 @@ class Panels {
  public:
   Panels() = default;
   Panels(Points points, Faces faces, const BoxTree& tree, double limit);
+
+  bool empty() const { return panels_.empty(); }
 
   // The panel of a node, or nothing.
   const Panel* at(Index node) const { return place_.empty() || place_[node] < 0 ? nullptr : &panels_[place_[node]]; }

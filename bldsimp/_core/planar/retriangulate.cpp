@@ -1,7 +1,7 @@
 #include "planar/retriangulate.hpp"
 
 #include "cdt/cdt.hpp"
-#include "mesh/distances.hpp"
+#include "mesh/certificate.hpp"
 #include "mesh/double_word.hpp"
 #include "mesh/parallel.hpp"
 #include "planar/facet_chains.hpp"
@@ -201,11 +201,13 @@ class Retriangulator {
     for (const Index i : piece_of_segment_) enough = std::max(enough, parts_.pieces[i].deviation);
     const double limit = parts_.reach[facet], rounding = 4 * std::numeric_limits<double>::epsilon() * extent;
     const FaceTree tree(points, covered);
+    Certificate certificate(tree);
     bool close = true;
     for (const Index f : folded) {
       const Face& face = parts_.faces[f];
       const std::array needle{in_plane(face[0]), in_plane(face[1]), in_plane(face[2])};
-      const double reach = tree.reach(needle, std::max(enough, height(needle)), std::max(1e-3 * limit, rounding));
+      const double reach =
+          certificate.bound(needle, std::max(enough, height(needle)), std::max(1e-3 * limit, rounding));
       if (reach <= rounding) continue;
       patches.reach.back() = std::max(patches.reach.back(), reach);
       if (reach <= limit) continue;

@@ -5,8 +5,8 @@
 
 #include "check.hpp"
 #include "collapse/hole_filling.hpp"
+#include "mesh/certificate.hpp"
 #include "mesh/crossings.hpp"
-#include "mesh/distances.hpp"
 #include "mesh/halfedges.hpp"
 
 using namespace bldsimp;
@@ -46,7 +46,7 @@ void what_closes_is_closed() {
     CHECK(after[1] == 0);
     const FaceTree tree(points, faces);
     for (const auto& [a, b, c] : filling.faces)
-      CHECK(tree.reach({points[a], points[b], points[c]}, limit, 1e-6) <= limit + 1e-6);
+      CHECK(Certificate(tree).bound({points[a], points[b], points[c]}, limit, 1e-6) <= limit + 1e-6);
     std::vector<std::uint8_t> wanted(all.size(), 0);
     std::fill(wanted.begin() + static_cast<std::ptrdiff_t>(faces.size()), wanted.end(), std::uint8_t{1});
     CHECK(find_crossings(points, all, wanted).empty());

@@ -6,7 +6,7 @@
 #include "check.hpp"
 #include "collapse/bodies.hpp"
 #include "collapse/redundant_bodies.hpp"
-#include "mesh/distances.hpp"
+#include "mesh/certificate.hpp"
 #include "mesh/halfedges.hpp"
 
 using namespace bldsimp;
@@ -73,7 +73,7 @@ void what_goes_is_near_what_stays() {
     gone += static_cast<int>(went.size());
     const FaceTree tree(heap.points, left);
     for (const auto& [a, b, c] : went)
-      CHECK(tree.reach({heap.points[a], heap.points[b], heap.points[c]}, kLimit, 1e-6) <= kLimit + 1e-6);
+      CHECK(Certificate(tree).bound({heap.points[a], heap.points[b], heap.points[c]}, kLimit, 1e-6) <= kLimit + 1e-6);
     const auto count = static_cast<Index>(heap.points.size());
     CHECK(count_edges(left, count)[0] <= count_edges(heap.faces, count)[0]);
   }
