@@ -31,8 +31,10 @@ MOVED_SHARE = 1e-3
 """Coordinates of points that a wide tolerance moves are rounded to no more than this share of it."""
 
 SPARE_SHARE = 0.99
-"""Share of a wide tolerance within which the rest must hold a body that goes, or what closes a boundary loop; the
-rest may still move."""
+"""Share of a wide tolerance within which the rest must hold a body or a detail that goes; the rest may still move."""
+
+FLAT_SHARE = 0.02
+"""Details are found between facets that are flat within this share of a wide tolerance, to either side."""
 
 LEAST_GAIN = 0.125
 """Curved surfaces of a component that would lose a smaller share of their points keep their faces, so that a
@@ -153,8 +155,10 @@ class Options:
     min_component : float
         Components whose box has a smaller diagonal than this are removed, whatever the tolerance; model units; 0 for
         none. The deprecated name is `min_part`.
+    keep_topology : bool
+        Keep every passage and boundary loop, whatever the tolerance.
     allow_close : bool
-        Close boundary loops where the faces that close them stay within the tolerance, which must be a wide one.
+        Deprecated, without effect: a wide tolerance closes what is as small as it.
 
     Examples
     --------
@@ -171,6 +175,7 @@ class Options:
     crease_angle: float = CREASE_DEGREES
     baseline: bool = False
     min_component: float = 0.0
+    keep_topology: bool = False
     allow_close: bool = False
 
     def __post_init__(self) -> None:

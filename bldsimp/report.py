@@ -109,6 +109,28 @@ class RemovedComponent:
     reason: str
 
 
+@dataclass(frozen=True)
+class RemovedDetail:
+    """A detail that a wide tolerance removed as a whole.
+
+    Attributes
+    ----------
+    part : str
+        Name of the part that it was on.
+    triangles : int
+        How many were removed.
+    box : list of list of float
+        Least and greatest coordinates, (2, 3), world space; of an instanced mesh, at its first instance.
+    kind : str
+        ``detail`` (a recess, a sill, a chimney), ``passage``, ``boundary_loop`` or ``step``.
+    """
+
+    part: str
+    triangles: int
+    box: list[list[float]]
+    kind: str
+
+
 @dataclass
 class Report:
     """What a run did. Lengths are model units in world space.
@@ -138,12 +160,15 @@ class Report:
     contact_points : int
         Points kept only because surfaces touch there inside of facets.
     closed_boundary_loops : int
-        Where that was allowed.
+        Loops of open edges as small as a wide tolerance.
+    details_kept_by_label : int
+        Details that stay because the facets around them have several labels.
     reversed_faces : int
         Faces whose winding was reversed.
     removed_degenerate_faces, removed_duplicate_faces : int
         Faces removed because they repeat a point; because they copy another face.
     removed_components : list of RemovedComponent
+    removed_details : list of RemovedDetail
     unchanged_parts : list of UnchangedPart
     baseline : int or None
         Points that fast-simplification needs for the same deviation; None where not asked for, or
@@ -174,10 +199,12 @@ class Report:
     healed_t_junctions: int = 0
     contact_points: int = 0
     closed_boundary_loops: int = 0
+    details_kept_by_label: int = 0
     reversed_faces: int = 0
     removed_degenerate_faces: int = 0
     removed_duplicate_faces: int = 0
     removed_components: list[RemovedComponent] = field(default_factory=list)
+    removed_details: list[RemovedDetail] = field(default_factory=list)
     unchanged_parts: list[UnchangedPart] = field(default_factory=list)
     baseline: int | None = None
     seconds: float = 0.0

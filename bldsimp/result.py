@@ -135,6 +135,7 @@ def compose_result(
     attributes.update_values(result, mesh.points, foreign, label, given.charts)
     facet_of_facet, level = _trace_facets(given)
     halfedges, reasons = given.halfedges, sum((one.assembly.causes for one in given.merged), Counter[Cause]())
+    dropped = [] if given.details is None else given.details.dropped
     return MeshResult(
         mesh=result,
         points=surface.points,
@@ -156,10 +157,11 @@ def compose_result(
             "reversed_faces": given.turned + sum(one.turned for one in given.merged),
             "healed_t_junctions": sum(one.assembly.healed for one in given.merged),
             "contact_points": assembly.touching,
-            "closed_boundary_loops": 0 if given.details is None else given.details.closed,
+            "closed_boundary_loops": sum(one.reason == "boundary_loop" for one in dropped),
+            "details_kept_by_label": 0 if given.details is None else given.details.kept_by_label,
         },
         reasons={cause.name.lower(): count for cause, count in reasons.items()},
-        dropped=[] if given.details is None else given.details.dropped,
+        dropped=dropped,
         statistics=sum((one.assembly.statistics for one in given.merged), Statistics()),
         layout=assembly.layout if keep_layout else None,
     )

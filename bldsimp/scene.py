@@ -15,10 +15,10 @@ from . import _core
 from .model import Mesh, Scene, SimplifiedMesh
 from .options import Options
 from .pipeline import simplify_mesh, weld_mesh
-from .report import RemovedComponent, Report, explain_unchanged
+from .report import RemovedComponent, RemovedDetail, Report, explain_unchanged
 from .result import MeshResult, count_surface
 from .stages.fallback import Level
-from .stages.removal import Dropped, find_small_components
+from .stages.removal import DETAIL_KINDS, Dropped, find_small_components
 from .stages.weld import WeldedMesh
 from .tolerance import measure_blur, measure_diagonal, measure_scale, resolve_tolerance, transform_points
 
@@ -148,12 +148,16 @@ def _add_to_report(report: Report, mesh: Mesh, result: MeshResult, options: Opti
     report.fallback_reasons = dict(Counter(report.fallback_reasons) + Counter(result.reasons))
     for name, count in result.changes.items():
         setattr(report, name, getattr(report, name) + count)
-    report.removed_components += [_describe(one, mesh) for one in result.dropped]
+    for one in result.dropped:
+        words = mesh.parts[one.part].name, one.triangles, _measure_world_box(one, mesh), one.reason
+        if one.reason in DETAIL_KINDS:
+            report.removed_details.append(RemovedDetail(*words))
+        else:
+            report.removed_components.append(RemovedComponent(*words))
 
 
-def _describe(dropped: Dropped, mesh: Mesh) -> RemovedComponent:
-    """Describe what was removed by the name of its part and its box in world space."""
+def _measure_world_box(dropped: Dropped, mesh: Mesh) -> list[list[float]]:
+    """Return the box of what was removed, in world space."""
     corners = np.array(list(itertools.product(*dropped.box.T)))
     world = transform_points(corners, mesh.transforms[0]) if len(mesh.transforms) else corners
-    box = [world.min(axis=0).tolist(), world.max(axis=0).tolist()]
-    return RemovedComponent(mesh.parts[dropped.part].name, dropped.triangles, box, dropped.reason)
+    return [world.min(axis=0).tolist(), world.max(axis=0).tolist()]

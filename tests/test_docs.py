@@ -19,7 +19,7 @@ DOCS = sorted((ROOT / "docs").glob("*.md"))
 ALL = [*sorted(ROOT.glob("*.md")), *DOCS]
 ARCHITECTURE = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 LINK = re.compile(r"\[([^\]]*)\]\(([^):#]*)(?:#([^)]*))?\)")
-OTHERS = {"--slow", "--no-save", "--min-part", "--help"}
+OTHERS = {"--slow", "--no-save", "--min-part", "--allow-close", "--help"}
 """Options of pytest and npm, and the hidden ones."""
 
 LONGEST_SENTENCE = 30

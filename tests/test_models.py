@@ -68,6 +68,7 @@ def judge_scene(scene: Scene, tolerance: Tolerance) -> list[Mesh]:
             report.tolerance / stretch,
             report.deviation / stretch,
             healed=report.healed_t_junctions,
+            closed=bool(report.removed_details),
             count=100,
         )
         assert found == [], mesh.name

@@ -64,11 +64,12 @@ _OPTIONS = [
     ),
     click.option("--min-part", callback=parse_with(parse_length), hidden=True),
     click.option(
-        "--allow-close",
+        "--keep-topology",
         is_flag=True,
-        help="Also close boundary loops (holes, cracks) if the faces that close them stay within the tolerance of the"
-        " surface. Needs a tolerance above a hundred-thousandth of the diagonal.",
+        help="Keep every passage and boundary loop. Without it a tolerance above a hundred-thousandth of the diagonal"
+        " closes those that are as small as it, such as window openings and vents.",
     ),
+    click.option("--allow-close", is_flag=True, hidden=True),
     click.option(
         "--normals",
         type=click.Choice(NORMALS),
@@ -111,4 +112,6 @@ def make_options(min_part: float | None = None, **values: Any) -> Options:
     if min_part is not None:
         click.echo("warning    --min-part is deprecated: use --min-component", err=True)
         values["min_component"] = min_part
+    if values.get("allow_close"):
+        click.echo("warning    --allow-close does nothing any more: a wide tolerance closes what is as small", err=True)
     return Options(**values)

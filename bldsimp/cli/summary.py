@@ -30,6 +30,14 @@ FALLBACK_REASONS = {
     "little_gain": "a curved surface would lose too few points",
 }
 
+DETAILS = {
+    "boundary_loop": ("boundary loop", "boundary loops"),
+    "detail": ("recess or projection", "recesses or projections"),
+    "passage": ("passage", "passages"),
+    "step": ("step", "steps"),
+}
+"""What to call details that went: one, and several."""
+
 REMOVAL_REASONS = {
     "within_tolerance": "within the tolerance of the rest",
     "smaller_than_min_component": "smaller than --min-component, not counted in the deviation",
@@ -103,7 +111,7 @@ def _describe_facets(report: Report) -> str:
         text += f"; kept because {', '.join(reasons)}"
     counts = {
         "T-junctions healed": report.healed_t_junctions,
-        "boundary loops closed": report.closed_boundary_loops,
+        "details kept between labels": report.details_kept_by_label,
         "points kept where surfaces touch": report.contact_points,
         "faces reversed": report.reversed_faces,
         "degenerate faces removed": report.removed_degenerate_faces,
@@ -122,6 +130,10 @@ def _describe_removed(report: Report) -> Iterator[str]:
         named = ", ".join(f"{name} ({own:,})" if own > 1 else name for name, own in names.most_common(MOST_NAMED))
         more = f" and {len(names) - MOST_NAMED:,} more parts" if len(names) > MOST_NAMED else ""
         yield f"removed    {count:,} component{'s' if count > 1 else ''} {words}: {named}{more}"
+    kinds = Counter(one.kind for one in report.removed_details)
+    if kinds:
+        told = [f"{count:,} {DETAILS[kind][count > 1]}" for kind, count in sorted(kinds.items())]
+        yield f"details    {', '.join(told)} within the tolerance removed as wholes"
 
 
 def _suggest(report: Report) -> Iterator[str]:

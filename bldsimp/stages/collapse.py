@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from .. import _core
 from ..model import Indices, Mesh, measure_box
-from ..options import MOVED_SHARE
 from ..tolerance import measure_frame
-from .removal import Details
+from .removal import Details, count_decimals
 from .surface import STAYS, Surface
-
-_NONE_MOVES = -1
 
 
 @dataclass(frozen=True)
@@ -63,21 +59,22 @@ def collapse_edges(
     """
     assert surface.facet is not None
     slack = measure_frame(measure_box(surface.points))[2]
-    given = np.concatenate([np.arange(len(surface.faces), dtype=np.int32), details.beside])
-    left_out = np.concatenate([details.left_out, np.zeros(len(details.beside), np.uint8)])
+    given = np.concatenate([np.arange(len(surface.faces), dtype=np.int32), details.parent])
+    left_out = np.concatenate([details.left_out, np.zeros(len(details.parent), np.uint8)])
     pinned = (surface.label < 0).astype(np.uint8)
     found = _core.collapse(
         surface.points,
-        np.concatenate([surface.faces, details.lids]),
+        np.concatenate([surface.faces, details.caps]),
         surface.label[given],
         pinned[given],
         left_out,
         tolerance - slack,
-        _NONE_MOVES if mesh.quantized else _count_decimals(tolerance),
+        count_decimals(mesh, tolerance),
         mesh.single,
-        len(details.lids),
+        len(details.caps),
         progress,
         (surface.decided == STAYS).astype(np.uint8),
+        details.points,
     )
     changed = found.accepted + found.moved > 0 or details.change_anything
     parent = given[found.source]
@@ -91,8 +88,3 @@ def collapse_edges(
         found.deviation + slack if changed else 0.0,
         changed,
     )
-
-
-def _count_decimals(tolerance: float) -> int:
-    """Count the decimals of a coordinate that are worth storing at a tolerance."""
-    return max(0, math.ceil(-math.log10(MOVED_SHARE * tolerance)))

@@ -1,7 +1,8 @@
-"""Remove redundant bodies and small components, and fill small holes."""
+"""Remove redundant bodies, details and small components as wholes."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from ..model import Faces, Flags, Indices, Mesh, Points, cast_indices, measure_box
-from ..options import SPARE_SHARE, Options
+from ..options import AUTO_DIAGONAL, FLAT_SHARE, MOVED_SHARE, SPARE_SHARE, Options
 from ..tolerance import measure_frame, transform_points
 from ..unique_rows import find_unique_rows
 from .surface import Surface
@@ -18,10 +19,14 @@ from .weld import WeldedMesh
 WITHIN_TOLERANCE = "within_tolerance"
 SMALLER_THAN_MIN_COMPONENT = "smaller_than_min_component"
 
+DETAIL_KINDS = ("detail", "passage", "boundary_loop", "step")
+"""What went, in the order of the kernel's `FeatureKind`: what one cap closes (a recess, a sill, a chimney), what
+several do, open edges, and a small step between two planes."""
+
 
 @dataclass(frozen=True)
 class Dropped:
-    """A component or body that was removed.
+    """A component, a body or a detail that was removed as a whole.
 
     Attributes
     ----------
@@ -32,7 +37,7 @@ class Dropped:
     box : (2, 3) float64
         Least and greatest coordinates, in the mesh's own frame.
     reason : str
-        `WITHIN_TOLERANCE` or `SMALLER_THAN_MIN_COMPONENT`.
+        `WITHIN_TOLERANCE`, `SMALLER_THAN_MIN_COMPONENT` or one of `DETAIL_KINDS`.
     """
 
     part: int
@@ -43,37 +48,40 @@ class Dropped:
 
 @dataclass(frozen=True)
 class Details:
-    """What a wide tolerance removes and fills before edges collapse.
+    """What a wide tolerance removes as wholes before edges collapse.
 
     Attributes
     ----------
     left_out : (m,) uint8
         Faces that are removed: what remains must stay within the tolerance of them.
     dropped : list of Dropped
-    lids : (k, 3) int32
-        Faces that fill holes.
-    beside : (k,) int32
-        A face of the surface beside each lid.
-    closed : int
-        Boundary loops that were closed.
+    caps : (k, 3) int32
+        Faces that take the place of those left out.
+    parent : (k,) int32
+        A face of the surface whose label and attributes each cap has.
+    points : (n, 3) float64
+        Where the points of the surface have moved to.
+    kept_by_label : int
+        Details that stay since the facets around them have several labels.
     """
 
     left_out: Flags
     dropped: list[Dropped]
-    lids: Faces
-    beside: Indices
-    closed: int
+    caps: Faces
+    parent: Indices
+    points: Points
+    kept_by_label: int
 
     @property
     def change_anything(self) -> bool:
-        """Whether anything is removed or filled."""
-        return len(self.dropped) > 0 or self.closed > 0
+        """Whether anything is removed."""
+        return len(self.dropped) > 0
 
 
 def remove_details(
     mesh: Mesh, surface: Surface, textured: NDArray[np.bool_], tolerance: float, options: Options
 ) -> Details:
-    """Find bodies that the rest of a surface holds within a tolerance, and faces that fill its small holes.
+    """Find bodies that the rest of a surface holds within a tolerance, and details that can go as wholes.
 
     Parameters
     ----------
@@ -84,27 +92,46 @@ def remove_details(
     tolerance : float
         Model units.
     options : Options
-        `allow_close`.
+        `keep_topology`.
+
+    Notes
+    -----
+    About O(n log n). A detail goes where each border loop of some facets can be closed in the planes of the facets
+    around it, within the tolerance both ways; or where a small facet slides into the plane beside it.
     """
-    within = tolerance - measure_frame(measure_box(surface.points))[2]
+    size = measure_frame(measure_box(surface.points))
+    within = SPARE_SHARE * (tolerance - size[2])
     part = mesh.part_of_face[surface.source]
     pinned = (surface.label < 0).astype(np.uint8)
     one_sided = np.array([one.one_sided for one in mesh.parts], np.uint8)[part]
-    left_out, dropped = find_redundant_bodies(
-        surface.points, surface.faces, part, pinned | textured[part], one_sided, within
+    stays = pinned | textured[part]
+    bodies, dropped = find_redundant_bodies(surface.points, surface.faces, part, stays, one_sided, tolerance - size[2])
+    found = _core.remove_features(
+        surface.points,
+        surface.faces,
+        surface.label,
+        part,
+        pinned,
+        bodies,
+        within,
+        max(AUTO_DIAGONAL * size[1], FLAT_SHARE * within),
+        count_decimals(mesh, tolerance),
+        mesh.single,
+        options.keep_topology,
+        len(mesh.faces),
     )
-    lids, beside, closed = np.empty((0, 3), np.int32), np.empty(0, np.int32), 0
-    if options.allow_close:
-        remaining = cast_indices(np.flatnonzero(left_out == 0))
-        found = _core.fill_holes(
-            surface.points,
-            surface.faces[remaining],
-            surface.label[remaining],
-            pinned[remaining],
-            SPARE_SHARE * within,
+    dropped += [
+        Dropped(int(part[place]), int(triangles), box, DETAIL_KINDS[kind])
+        for place, kind, triangles, box in zip(
+            found.places, found.kinds, found.triangles, found.boxes.reshape(-1, 2, 3), strict=True
         )
-        lids, beside, closed = found.faces, remaining[found.beside], found.closed
-    return Details(left_out, dropped, lids, beside, closed)
+    ]
+    return Details(found.left_out, dropped, found.faces, found.parent, found.points, found.kept_by_label)
+
+
+def count_decimals(mesh: Mesh, tolerance: float) -> int:
+    """Count the decimals of a moved coordinate that are worth storing at a tolerance; -1 where none may move."""
+    return -1 if mesh.quantized else max(0, math.ceil(-math.log10(MOVED_SHARE * tolerance)))
 
 
 def find_redundant_bodies(

@@ -4,8 +4,8 @@
 #include "check.hpp"
 #include "collapse/bodies.hpp"
 #include "collapse/collapse.hpp"
-#include "collapse/hole_filling.hpp"
 #include "collapse/redundant_bodies.hpp"
+#include "details/features.hpp"
 #include "mesh/crossings.hpp"
 #include "mesh/distances.hpp"
 #include "mesh/halfedges.hpp"
@@ -204,38 +204,40 @@ std::size_t check_wide(const Soup& soup, double tolerance, Random& random) {
   const Welding mesh(soup, 0, 0);
   const Surface& surface = mesh.surface;
   const auto body = find_bodies(surface.points, surface.faces);
-  const auto component = find_components(surface.faces, count_of(surface));
   FlagList pinned(surface.faces.size(), 0);
   std::vector<Index> label(surface.faces.size(), 0);
   for (std::size_t f = 0; f < body.size(); ++f) {
-    CHECK(component[f] <= body[f] && body[f] <= static_cast<Index>(f) && body[body[f]] == body[f]);
+    CHECK(body[f] <= static_cast<Index>(f) && body[body[f]] == body[f]);
     pinned[f] = random() % 50 == 0;
     label[f] = random() % 50 == 0;
   }
   const FlagList redundant = find_redundant_bodies(surface.points, surface.faces, body, pinned, 0.9 * tolerance);
-  std::vector<Face> left;
-  std::vector<Index> left_label;
-  FlagList left_pinned;
-  for (std::size_t f = 0; f < redundant.size(); ++f) {
-    if (redundant[f]) continue;
-    left.push_back(surface.faces[f]);
-    left_label.push_back(label[f]);
-    left_pinned.push_back(pinned[f]);
-  }
-  const HoleFilling filling = fill_holes(surface.points, left, left_label, left_pinned, 0.9 * tolerance);
+  const bool moves = random() % 2, keeps = random() % 2;
+  const Rounding rounding{moves ? 4 : -1, false};
+  const FeatureRemoval removal =
+      remove_features({surface.points, surface.faces, label, label, pinned, redundant, 0.9 * tolerance, 1e-9, rounding,
+                       keeps, static_cast<Index>(surface.faces.size())});
   std::vector<Face> all(surface.faces);
-  FlagList left_out(redundant);
-  for (std::size_t f = 0; f < filling.faces.size(); ++f) {
-    all.push_back(filling.faces[f]);
-    label.push_back(left_label[filling.beside[f]]);
+  FlagList left_out(removal.left_out);
+  for (std::size_t f = 0; f < removal.faces.size(); ++f) {
+    all.push_back(removal.faces[f]);
+    label.push_back(label[removal.parent[f]]);
     pinned.push_back(0);
     left_out.push_back(0);
   }
   Progress progress;
-  const bool moves = random() % 2;
-  const CollapseResult result =
-      collapse({surface.points, all, label, pinned, left_out, static_cast<Index>(filling.faces.size()), tolerance,
-                moves ? 4 : -1, false, &progress});
+  const CollapseResult result = collapse({surface.points,
+                                          all,
+                                          label,
+                                          pinned,
+                                          left_out,
+                                          static_cast<Index>(removal.faces.size()),
+                                          tolerance,
+                                          rounding.decimals,
+                                          false,
+                                          &progress,
+                                          {},
+                                          removal.points});
   CHECK(progress.removed == result.accepted);
   CHECK(result.deviation <= tolerance);
   CHECK(moves || result.moved == 0);
@@ -248,7 +250,7 @@ std::size_t check_wide(const Soup& soup, double tolerance, Random& random) {
     if (pinned[result.source[t]]) CHECK(result.triangles[t] == all[result.source[t]]);
   const auto count = count_of(surface);
   CHECK(count_edges(after.faces, count)[1] <= count_edges(surface.faces, count)[1]);
-  if (count_crossings({surface.points, all}) == 0) CHECK(count_crossings(after) == 0);
+  if (count_crossings(surface) == 0) CHECK(count_crossings(after) == 0);
   return static_cast<std::size_t>(result.accepted);
 }
 

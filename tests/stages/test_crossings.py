@@ -200,8 +200,8 @@ def test_models_do_not_come_to_cross(name: str, tolerance: Tolerance, models: Pa
 
 def test_crossings_of_the_input_hinder_little(models: Path) -> None:
     before, after, points = before_and_after(models / "noisy/easy3d_building.off", Tolerance(0.5, "percent"))
-    # They may move on, but not become more.
-    assert 0 < after <= before
+    # They may move on, or go, but not become more.
+    assert after <= before
     assert points < 600
 
 

@@ -1,4 +1,4 @@
-"""Boundary loops that close, where that is allowed."""
+"""Boundary loops that a wide tolerance closes."""
 
 from __future__ import annotations
 
@@ -10,18 +10,21 @@ from quick import defer
 from solids import Shape
 
 from bldsimp import _core
-from bldsimp.model import Mesh, Part, Scene
+from bldsimp.model import Faces, Mesh, Part, Points, Scene
 from bldsimp.options import Options, Tolerance
 from bldsimp.report import Report
 from bldsimp.scene import simplify_scene
+from bldsimp.stages.removal import DETAIL_KINDS
+
+BOUNDARY_LOOP = DETAIL_KINDS.index("boundary_loop")
 
 
-def simplified(mesh: Shape, tolerance: float, allow_close: bool = True, parts: int = 1) -> tuple[Shape, Report]:
+def simplified(mesh: Shape, tolerance: float, keep_topology: bool = False, parts: int = 1) -> tuple[Shape, Report]:
     """A mesh with its loops closed; faces are shared out to parts along x."""
     points, faces = solids.weld(mesh)
     part = np.minimum(points[faces].mean(axis=1)[:, 0] / points[:, 0].max() * parts, parts - 1).astype(np.int32)
     given = Mesh("mesh", points, np.ascontiguousarray(faces, np.int32), part, [Part(str(i)) for i in range(parts)])
-    options = Options(tolerance=Tolerance(tolerance, "length"), allow_close=allow_close)
+    options = Options(tolerance=Tolerance(tolerance, "length"), keep_topology=keep_topology)
     (light,), report = simplify_scene(Scene(None, "arrays", [given], 0), options)
     before = judge.make_surface(points, faces)
     result = judge.make_surface(light.points, light.faces)
@@ -38,11 +41,11 @@ def holed_box(rounds: int = 4) -> Shape:
     return solids.remove_faces(mesh, int(np.argmin(np.abs(middle - (2, 2, 4)).sum(axis=1))))
 
 
-def test_a_hole_closes_only_where_allowed() -> None:
+def test_a_hole_closes_unless_the_topology_is_kept() -> None:
     _, report = simplified(holed_box(), 0.1)
     assert (report.closed_boundary_loops, report.before.open_edges, report.after.open_edges) == (1, 3, 0)
     assert (report.after.points, report.after.watertight) == (8, True)
-    _, report = simplified(holed_box(), 0.1, allow_close=False)
+    _, report = simplified(holed_box(), 0.1, keep_topology=True)
     assert report.closed_boundary_loops == 0
     assert report.after.open_edges > 0
 
@@ -75,14 +78,22 @@ def test_a_loop_between_two_parts_stays() -> None:
     assert simplified(holed_box(), 0.1, parts=1)[1].closed == 1
 
 
+def close_loops(points: Points, faces: Faces, limit: float) -> _core.FeatureRemoval:
+    """Close loops, and remove nothing else."""
+    zeros = np.zeros(len(faces), np.int32)
+    found = _core.remove_features(
+        points, faces, zeros, zeros, zeros.astype(np.uint8), zeros.astype(np.uint8), limit, 1e-9, -1, False, False, 1000
+    )
+    assert len(found.faces) == len(found.parent)
+    return found
+
+
 def lids(mesh: Shape, limit: float = 10.0) -> tuple[int, int]:
     """Loops and faces that close them."""
     points, faces = solids.weld(mesh)
     faces = np.ascontiguousarray(faces, np.int32)
-    zeros = np.zeros(len(faces), np.int32)
-    found = _core.fill_holes(points, faces, zeros, zeros.astype(np.uint8), limit)
-    assert len(found.faces) == len(found.beside)
-    return found.closed, len(found.faces)
+    found = close_loops(points, faces, limit)
+    return np.count_nonzero(found.kinds == BOUNDARY_LOOP), len(found.faces)
 
 
 def test_lids_cross_nothing_and_lie_on_nothing() -> None:
@@ -104,8 +115,7 @@ def test_a_lid_adds_no_face_to_an_edge_that_is_whole() -> None:
     mesh = solids.fan_polygons(*bowls)
     assert lids(mesh) == (1, 2)
     faces = np.ascontiguousarray(mesh[1], np.int32)
-    zeros = np.zeros(len(faces), np.int32)
-    found = _core.fill_holes(mesh[0], faces, zeros, zeros.astype(np.uint8), 10.0)
+    found = close_loops(mesh[0], faces, 10.0)
     assert _core.count_edges(np.concatenate([faces, found.faces]), len(mesh[0])) == (0, 0)
 
 

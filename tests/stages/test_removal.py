@@ -17,6 +17,7 @@ from bldsimp.model import Attribute, Mesh, Part, Scene
 from bldsimp.options import Options, Tolerance
 from bldsimp.pipeline import simplify_mesh
 from bldsimp.scene import simplify_scene
+from bldsimp.stages.removal import find_redundant_bodies
 
 
 def wall(thickness: float = 0.3) -> Shape:
@@ -63,6 +64,9 @@ def bodies_of(mesh: Shape) -> int:
         (solids.boxes_sharing_part_of_a_wall, 2),
         (solids.rooms_back_to_back, 2),
         (lambda: solids.add_backs(solids.square()), 1),
+        # A cavity is no body of its own; a solid in a solid is.
+        (solids.room_with_cavity, 1),
+        (solids.box_within_a_box, 2),
         # Each room's own walls, and the one between them, belong together only by edges that do not add up.
         (solids.wall_between_two_rooms, 3),
     ],
@@ -186,6 +190,64 @@ def test_the_order_of_faces_does_not_matter() -> None:
     cases = [simplify_and_judge(mesh, 0.1) for mesh in (heap, solids.shuffle(heap, 1), solids.shuffle(heap, 2))]
     assert len({frozenset(judge.collect_triangles(case.after)) for case in cases}) == 1
     assert len({len(case.report.removed_components) for case in cases}) == 1
+
+
+def storeys() -> Shape:
+    """Six slabs, and between them the walls of five storeys as panels that touch."""
+    shapes = [solids.box((20, 14, 0.3), (0, 0, 3 * i)) for i in range(6)]
+    for floor in np.arange(0.3, 15, 3):
+        shapes += [solids.box((5, 0.25, 2.7), (x, y, floor)) for x in (0, 5, 10, 15) for y in (0, 13.75)]
+        shapes += [solids.box((0.25, 6.75, 2.7), (x, y, floor)) for x in (0, 19.75) for y in (0.25, 7)]
+    return solids.weld(solids.merge(*shapes))
+
+
+def remove_bodies(mesh: Shape, tolerance: float) -> list[int]:
+    """Return the triangles of each body that goes."""
+    points, faces = mesh
+    none = np.zeros(len(faces), np.uint8)
+    part = np.zeros(len(faces), np.int32)
+    _, dropped = find_redundant_bodies(points, np.ascontiguousarray(faces, np.int32), part, none, none, tolerance)
+    return [body.triangles for body in dropped]
+
+
+@pytest.mark.parametrize("percent", [0.5, 1.0, 2.0, 3.0, 5.0, 8.0])
+def test_panels_of_a_facade_stay_between_slabs(percent: float) -> None:
+    # At 5 % every point of a panel is within the tolerance of a slab.
+    mesh = storeys()
+    tolerance = percent / 100 * judge.measure_extent(judge.make_surface(*mesh))
+    assert remove_bodies(mesh, tolerance) == []
+    assert remove_bodies(solids.rotate(mesh), tolerance) == []
+
+
+@pytest.mark.parametrize("percent", [0.5, 1.0, 2.0, 3.0])
+def test_a_facade_keeps_its_area(percent: float) -> None:
+    mesh = storeys()
+    case = simplify_and_judge(mesh, percent / 100 * judge.measure_extent(judge.make_surface(*mesh)))
+    assert judge.compute_area(case.after) >= 0.9 * judge.compute_area(case.before)
+    assert well_done(case)
+
+
+def test_a_panel_square_to_a_slab_stays_and_one_along_a_wall_goes() -> None:
+    slabs = [solids.box((6, 6, 0.3), (0, 0, z)) for z in (0.0, 1.8)]
+    panel = solids.box((5, 0.1, 1.5), (0.5, 2, 0.3))
+    wall = solids.box((6, 0.3, 1.5), (0, 2.2, 0.3))
+    assert remove_bodies(solids.merge(*slabs, panel), 1.0) == []
+    assert remove_bodies(solids.merge(*slabs, panel, wall), 1.0) == [12]
+
+
+def test_a_small_box_on_a_wall_goes_though_its_sides_are_square_to_it() -> None:
+    block = solids.box((0.15, 0.09, 0.15), (1.5, -0.09, 1))
+    for mesh in (solids.merge(wall(), block), solids.rotate(solids.merge(wall(), block))):
+        assert remove_bodies(mesh, 0.1) == [12]
+        case = simplify_and_judge(mesh, 0.1)
+        assert case.report.after.points == 8
+        assert well_done(case)
+
+
+def test_a_cavity_does_not_go_by_itself() -> None:
+    outer, inner = solids.box((2, 2, 2)), solids.box((1.8, 1.8, 1.8), (0.1, 0.1, 0.1))
+    assert remove_bodies(solids.merge(outer, solids.reverse_winding(inner)), 0.2) == []
+    assert remove_bodies(solids.merge(outer, inner), 0.2) == [12]
 
 
 def spare(points: list[tuple[float, float, float]], pinned: int = -1, limit: float = 0.5) -> list[int]:

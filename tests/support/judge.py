@@ -241,13 +241,15 @@ def find_broken(
     *,
     healed: int = 0,
     dropped: bool = False,
+    closed: bool = False,
     count: int = 500,
 ) -> list[str]:
     """Promises that `after` breaks, in words; empty where it keeps them all.
 
     `tolerance` and `bound` are lengths; `healed` as reported: without healing the topology
     may not change at all, with it only towards fewer open edges. Where bodies were dropped,
-    counts and borders that were theirs are gone; only what is made anew is looked at.
+    counts and borders that were theirs are gone; only what is made anew is looked at. Where details were `closed`,
+    handles and borders may be fewer, never more.
     """
     if not len(before.faces):
         return [] if not len(after.faces) else ["faces out of nothing"]
@@ -268,11 +270,11 @@ def find_broken(
     within = max(bound, slack)
     if dropped:
         return found
-    found += _find_wrong_edges("open", before, after, within, healed)
-    wrong = _find_wrong_shape(before, after, within, healed)
+    found += _find_wrong_edges("open", before, after, within, healed, closed)
+    wrong = _find_wrong_shape(before, after, within, healed, closed)
     if wrong and len(drop_winding(before).faces) < len(before.faces):
         # Of a sheet that is two-sided in places, and heals, neither count tells what must stay.
-        wrong = [] if healed else _find_wrong_shape(drop_winding(before), drop_winding(after), within, healed)
+        wrong = [] if healed else _find_wrong_shape(drop_winding(before), drop_winding(after), within, healed, closed)
     return found + wrong
 
 
@@ -292,23 +294,26 @@ def _find_wrong_counts(old: Topology, new: Topology, healed: int, dropped: bool)
     return found
 
 
-def _find_wrong_shape(before: Surface, after: Surface, within: float, healed: int) -> list[str]:
+def _find_wrong_shape(before: Surface, after: Surface, within: float, healed: int, closed: bool) -> list[str]:
     old, new = count_topology(before), count_topology(after)
-    found = _find_wrong_edges("nonmanifold", before, after, within, healed)
+    found = _find_wrong_edges("nonmanifold", before, after, within, healed, closed)
     # Two borders that become one edge add one; a bubble of needles that closes on its edge takes one away.
-    if abs(new.euler - old.euler) > healed:
+    if new.euler < old.euler - healed or (new.euler > old.euler + healed and not closed):
         found.append(f"euler {old.euler} -> {new.euler}, healed {healed}")
-    if not healed and (old.rims, old.rim_cycles) != (new.rims, new.rim_cycles):
+    fewer = closed and new.rims <= old.rims and new.rim_cycles <= old.rim_cycles
+    if not healed and (old.rims, old.rim_cycles) != (new.rims, new.rim_cycles) and not fewer:
         found.append(f"rims {old.rims}, {old.rim_cycles} cycles -> {new.rims}, {new.rim_cycles} cycles")
     return found
 
 
-def _find_wrong_edges(uses: str, before: Surface, after: Surface, within: float, healed: int) -> list[str]:
+def _find_wrong_edges(
+    uses: str, before: Surface, after: Surface, within: float, healed: int, closed: bool
+) -> list[str]:
     old, new = select_segments(before, uses), select_segments(after, uses)
     found = []
     if measure_stray(new, old) > within:
         found.append(f"{uses} edges {measure_stray(new, old)} away from those of the input")
-    if not healed and measure_stray(old, new) > within:
+    if not healed and not closed and measure_stray(old, new) > within:
         found.append(f"{uses} edges of the input {measure_stray(old, new)} away from those of the result")
     return found
 

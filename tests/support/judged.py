@@ -36,7 +36,8 @@ def find_broken(case: Verdict, count: int = 200) -> list[str]:
     report = case.report
     found = judge.find_broken(
         case.before, case.after, report.tolerance, report.deviation,
-        healed=report.healed_t_junctions, dropped=bool(report.removed_components), count=count,
+        healed=report.healed_t_junctions, dropped=bool(report.removed_components),
+        closed=bool(report.removed_details), count=count,
     )  # fmt: skip
     told = (report.after.points, report.after.triangles)
     seen = (len(np.unique(case.result[1])), len(case.result[1]))

@@ -4,6 +4,7 @@
 
 #include "mesh/edges.hpp"
 #include "mesh/index_sets.hpp"
+#include "mesh/vertical_ray.hpp"
 
 namespace bldsimp {
 namespace {
@@ -11,6 +12,8 @@ namespace {
 // Directions this near each other, as shares of a quarter turn, are one. It only decides what hangs together, and
 // whoever takes a body away looks at what that leaves.
 constexpr double kSame = 1e-6;
+// A closed body whose volume is less than this share of what adds up to it has none.
+constexpr double kNoVolume = 1e-9;
 
 // A face at an edge that is looked along: where it is on the way round, from 0 to 4; matter lies before it or after.
 struct Spoke {
@@ -105,6 +108,71 @@ class SpokePairing {
   std::vector<Spoke*> open_;
 };
 
+// Finds inner shells: closed bodies that face inwards, within closed ones that face outwards.
+class ShellFinder {
+ public:
+  ShellFinder(Points points, Faces faces, Indices body)
+      : points_(points), faces_(faces), body_(body), volume_(faces.size(), 0) {}
+
+  // Calls join(f, g) for a face of each inner shell and one of the body around it.
+  template <class Join>
+  void find(Join join) {
+    measure_volumes();
+    if (std::none_of(volume_.begin(), volume_.end(), [](double v) { return v < 0; })) return;
+    forget_open_bodies();
+    std::vector<Index> outer;
+    for (std::size_t f = 0; f < faces_.size(); ++f)
+      if (volume_[body_[f]] > 0) outer.push_back(static_cast<Index>(f));
+    const BoxTree tree(points_, faces_, std::move(outer));
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      const auto shell = static_cast<Index>(f);
+      if (volume_[f] >= 0) continue;
+      if (const Index around = find_around(shell, tree); around >= 0) join(shell, around);
+    }
+  }
+
+ private:
+  // Six times the volume of each body, at its least face, from a corner of that; 0 where that is a mere rounding.
+  void measure_volumes() {
+    std::vector<double> magnitude(faces_.size(), 0);
+    for (std::size_t f = 0; f < faces_.size(); ++f) {
+      const Vec3 base = points_[faces_[body_[f]][0]];
+      const double part = dot(points_[faces_[f][0]] - base, area_vector(corners_of(faces_[f], points_)));
+      volume_[body_[f]] += part, magnitude[body_[f]] += std::abs(part);
+    }
+    for (std::size_t f = 0; f < faces_.size(); ++f)
+      if (std::abs(volume_[f]) <= kNoVolume * magnitude[f]) volume_[f] = 0;
+  }
+
+  // Open bodies have none: on some edge more of their faces run one way than the other.
+  void forget_open_bodies() {
+    const auto count = static_cast<Index>(points_.size());
+    std::vector<std::pair<Index, int>> ways;
+    EdgeBuckets(faces_, count).visit(0, count, [&](Indices edge) {
+      ways.clear();
+      for (const Index h : edge) ways.push_back({body_[h / 3], origin(faces_, h) < target(faces_, h) ? 1 : -1});
+      for_unbalanced(ways, [&](Index open) { volume_[open] = 0; });
+    });
+  }
+
+  // The smallest body around a shell, or -1.
+  Index find_around(Index shell, const BoxTree& tree) const {
+    std::vector<std::pair<Index, int>> crossings;
+    visit_above(centroid(corners_of(faces_[shell], points_)), tree, points_, faces_,
+                [&](Index f, int way) { crossings.push_back({body_[f], way}); });
+    Index around = -1;
+    for_unbalanced(crossings, [&](Index b) {
+      if (volume_[b] > -volume_[shell] && (around < 0 || volume_[b] < volume_[around])) around = b;
+    });
+    return around;
+  }
+
+  Points points_;
+  Faces faces_;
+  Indices body_;
+  std::vector<double> volume_;
+};
+
 }  // namespace
 
 Array<Index> find_bodies(Points points, Faces faces) {
@@ -116,6 +184,8 @@ Array<Index> find_bodies(Points points, Faces faces) {
     if (edge.size() == 2) join(edge[0] / 3, edge[1] / 3);
     if (edge.size() > 2) edges.pair(edge, join);
   });
+  const Array<Index> body = IndexSets(sets).roots();
+  ShellFinder(points, faces, body).find(join);
   return std::move(sets).roots();
 }
 

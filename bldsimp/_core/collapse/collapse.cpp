@@ -43,7 +43,8 @@ std::vector<T> select(std::span<const T> all, Indices chosen) {
 }
 
 Remainder start(const CollapseInput& input) {
-  Remainder now{{input.points.begin(), input.points.end()}, {}, {}};
+  const Points positions = input.positions.empty() ? input.points : input.positions;
+  Remainder now{{positions.begin(), positions.end()}, {}, {}};
   for (std::size_t f = 0; f < input.surface.size(); ++f) {
     if (input.left_out[f]) continue;
     now.faces.push_back(input.surface[f]);
@@ -123,7 +124,7 @@ std::vector<Face> find_faces_beside(const Remainder& now, std::span<const Surfac
   return beside;
 }
 
-void collapse_block(const CollapseInput& input, const Remainder& now, Flags shared,
+void collapse_block(const CollapseInput& input, const Remainder& now, const HeldFacets& held, Flags shared,
                     std::span<const SurfaceBlock> blocks, SurfaceBlock& block) {
   auto faces = select<Face>(now.faces, block.members), beside = find_faces_beside(now, blocks, block);
   for (const auto* list : {&faces, &beside})
@@ -144,8 +145,9 @@ void collapse_block(const CollapseInput& input, const Remainder& now, Flags shar
   const auto pinned = select(input.pinned, sources);
   const auto stays = select(shared, block.points);
   const auto fixed = input.fixed.empty() ? std::vector<std::uint8_t>{} : select(input.fixed, block.points);
+  const auto planes = select<Index>(held.plane_of_face, sources);
   block.result = Collapser({points, surface, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
-                            input.decimals, input.single, input.progress, fixed})
+                            input.decimals, input.single, input.progress, fixed, planes, held.planes})
                      .run();
 }
 
@@ -199,12 +201,12 @@ bool part_blocks(const Remainder& before, const JoinedBlocks& after, std::span<S
   return any;
 }
 
-void collapse_blocks(const CollapseInput& input, Remainder& now, CollapseResult& total) {
+void collapse_blocks(const CollapseInput& input, const HeldFacets& held, Remainder& now, CollapseResult& total) {
   std::vector<SurfaceBlock> blocks = divide_into_blocks(now);
   if (blocks.size() < 2) return;
   const auto shared = find_shared_points(input, now, blocks);
   add_boxes(now, input.tolerance, blocks);
-  parallel_each(blocks.size(), [&](Index b) { collapse_block(input, now, shared, blocks, blocks[b]); }, 1);
+  parallel_each(blocks.size(), [&](Index b) { collapse_block(input, now, held, shared, blocks, blocks[b]); }, 1);
   JoinedBlocks after = join_blocks(now, blocks);
   if (part_blocks(now, after, blocks)) after = join_blocks(now, blocks);
   for (const SurfaceBlock& block : blocks) {
@@ -216,6 +218,15 @@ void collapse_blocks(const CollapseInput& input, Remainder& now, CollapseResult&
   now = std::move(after.now);
 }
 
+// The planes that are kept, for faces of the input.
+HeldFacets hold_facets(const CollapseInput& input, const Remainder& now) {
+  HeldFacets held = find_held_facets(now.points, now.faces, select<Index>(input.label, now.source), input.tolerance);
+  std::vector<Index> plane_of_face(input.surface.size(), -1);
+  for (std::size_t f = 0; f < now.faces.size(); ++f) plane_of_face[now.source[f]] = held.plane_of_face[f];
+  held.plane_of_face = std::move(plane_of_face);
+  return held;
+}
+
 }  // namespace
 
 CollapseResult collapse(const CollapseInput& input) {
@@ -225,13 +236,16 @@ CollapseResult collapse(const CollapseInput& input) {
   const auto bounded_label = select<Index>(input.label, now.source);
   const bool same = bounded.size() == surface.size() && input.fill_count == 0;
   CollapseResult total;
-  collapse_blocks(input, now, total);
+  const HeldFacets held = hold_facets(input, now);
+  collapse_blocks(input, held, now, total);
   const auto label = select<Index>(input.label, now.source);
   const auto pinned = select<std::uint8_t>(input.pinned, now.source);
+  const auto planes = select<Index>(held.plane_of_face, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
   const RemainingSurface left{input.points,    surface,        bounded,      bounded_label,  now.points,
                               now.faces,       label,          pinned,       none,           {},
-                              input.tolerance, input.decimals, input.single, input.progress, input.fixed};
+                              input.tolerance, input.decimals, input.single, input.progress, input.fixed,
+                              planes,          held.planes};
   Collapser collapser(left);
   CollapseResult result = collapser.run();
   result.holder = collapser.holders();

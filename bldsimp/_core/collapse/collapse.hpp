@@ -23,10 +23,11 @@ struct CollapseInput {
   Flags left_out;    // faces that are not to be in the result; others must hold them
   Index fill_count;  // the last so many faces close the surface, and are none of it
   double tolerance;
-  int decimals;        // that a moved point is rounded to; below 0 none moves
-  bool single;         // whether a moved point is rounded to single precision after that
-  Progress* progress;  // or none
-  Flags fixed = {};    // points that stay where they are; empty for none
+  int decimals;           // that a moved point is rounded to; below 0 none moves
+  bool single;            // whether a moved point is rounded to single precision after that
+  Progress* progress;     // or none
+  Flags fixed = {};       // points that stay where they are; empty for none
+  Points positions = {};  // of the points before the first collapse, where they have moved; empty where they have not
 
   // What the tolerance counts from.
   Faces counting() const { return surface.first(surface.size() - static_cast<std::size_t>(fill_count)); }

@@ -21,6 +21,10 @@ constexpr double kParallel[] = {1e-3, 0.1};
 constexpr double kLeastShare = 0.1;
 // What is nearer than this share of the tolerance fits.
 constexpr double kFitting = 0.02;
+// A point is in a plane that it keeps up to this share of the tolerance.
+constexpr double kHeld = 0.06;
+// Planes that part by less than this sine count as one.
+constexpr double kLeastTurn = 0.1;
 constexpr int kMostRounds = 8;
 Index third(const Face& f, Index p, Index q) {
   return *std::find_if(f.begin(), f.end(), [&](Index r) { return r != p && r != q; });
@@ -53,6 +57,7 @@ Collapser::Collapser(const RemainingSurface& input)
       for (const Index p : f) places_.insert(result_.points[p]);
   find_borders();
   fix_points();
+  hold_planes();
   add_quadrics();
 }
 
@@ -121,6 +126,39 @@ void Collapser::fix_points() {
     for (const Index p : faces_[f]) fixed_[p] = true;
 }
 
+void Collapser::hold_planes() {
+  held_.resize(points_.size());
+  if (input_.held.empty()) return;
+  for (std::size_t f = 0; f < faces_.size(); ++f)
+    for (const Index given : {distinct_.index[f], distinct_.copy[f]})
+      if (given >= 0 && input_.held[given] >= 0)
+        for (const Index p : faces_[f]) held_[p].push_back(input_.held[given]);
+  for (auto& planes : held_) sort_unique(planes);
+}
+
+// Whether a point that comes to a place stays in the planes that it keeps.
+bool Collapser::keeps_planes(Index a, Vec3 stored) const {
+  return std::all_of(held_[a].begin(), held_[a].end(), [&](Index plane) {
+    const auto& [normal, offset] = input_.planes[plane];
+    return std::abs(dot(normal, stored) - offset) <= kHeld * limit_;
+  });
+}
+
+// A way without what leads out of the planes that a point keeps.
+Vec3 Collapser::turn_along_planes(Index a, Vec3 way) const {
+  std::vector<Vec3> across;
+  for (const Index plane : held_[a]) {
+    Vec3 n = input_.planes[plane].normal;
+    for (const Vec3& m : across) n = n - dot(n, m) * m;
+    const double size = length(n);
+    if (size < kLeastTurn) continue;
+    if (across.size() == 2) return {0, 0, 0};
+    across.push_back((1 / size) * n);
+    way = way - dot(way, across.back()) * across.back();
+  }
+  return way;
+}
+
 void Collapser::add_quadrics() {
   quadric_.resize(points_.size());
   const auto add = [&](Index p, Vec3 n, Vec3 through, double weight) { quadric_[p].add(n, -dot(n, through), weight); };
@@ -168,7 +206,8 @@ void Collapser::push_next(Index a, const Candidate& last) {
   if (fixed_[a]) return;
   std::optional<Candidate> best;
   for (const Index b : neighbors(a)) {
-    if (input_.shared[b] || (!rim_[a].empty() && edge_between(a, b) < 0)) continue;
+    if (input_.shared[b] || (!rim_[a].empty() && edge_between(a, b) < 0) || !keeps_planes(a, result_.points[b]))
+      continue;
     Quadric sum = quadric_[a];
     sum.add(quadric_[b]);
     const Vec3 way = points_[b] - points_[a];
@@ -220,6 +259,8 @@ void Collapser::apply_collapse() {
   places_.erase(result_.points[a]);
   ++stamp_[a];
   quadric_[b].add(quadric_[a]);
+  append(held_[b], held_[a]);
+  sort_unique(held_[b]);
   for (const Index p : now.ring) push_from(p);
 }
 
@@ -241,17 +282,6 @@ bool Collapser::pop_all() {
     apply_collapse();
   }
   return result_.accepted > before;
-}
-
-// A moved point as it will be written.
-Vec3 Collapser::round_point(Vec3 p) const {
-  const double scale = std::pow(10.0, input_.decimals);
-  p = p + middle_;
-  for (double* x : {&p.x, &p.y, &p.z}) {
-    if (std::abs(*x) * scale < 0x1p52) *x = std::round(*x * scale) / scale;
-    if (input_.single) *x = static_cast<float>(*x);
-  }
-  return p;
 }
 
 // Where a point is best for what relies on the faces and borders at it, its neighbors as they are. The planes of
@@ -311,12 +341,14 @@ bool Collapser::move(Index a) {
   const double least = kWorthMoving * limit_;
   for (const double parallel : kParallel) {
     Vec3 to = planes.lowest(from, parallel);
+    if (!held_[a].empty()) to = from + turn_along_planes(a, to - from);
     const double far = length(to - from);
     if (!(far > 0)) return false;
     if (far > limit_) to = from + limit_ / far * (to - from);
-    const Vec3 stored = round_point(to);
+    const Vec3 stored = Rounding{input_.decimals, input_.single}(to + middle_);
     to = stored - middle_;
     if (!(planes.at(from) - planes.at(to) > least * least * planes.weight()) || places_.contains(stored)) continue;
+    if (!keeps_planes(a, stored)) continue;
     survey(a, -1, stored);
     if (find_refusal()) continue;
     commit();

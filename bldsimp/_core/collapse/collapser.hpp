@@ -9,9 +9,11 @@
 #include "collapse/borders.hpp"
 #include "collapse/collapse.hpp"
 #include "collapse/containment.hpp"
+#include "collapse/held_facets.hpp"
 #include "collapse/quadric.hpp"
 #include "mesh/certificate.hpp"
 #include "mesh/crossings.hpp"
+#include "mesh/rounding.hpp"
 
 namespace bldsimp {
 
@@ -31,7 +33,9 @@ struct RemainingSurface {
   int decimals;
   bool single;
   Progress* progress;
-  Flags fixed = {};  // points that stay where they are; empty for none
+  Flags fixed = {};   // points that stay where they are; empty for none
+  Indices held = {};  // of each face, the plane that it keeps, or -1; empty for none
+  std::span<const HeldPlane> planes = {};
 };
 
 class Collapser {
@@ -72,6 +76,9 @@ class Collapser {
   void find_borders();
   bool is_smooth(Index p) const;
   void fix_points();
+  void hold_planes();
+  bool keeps_planes(Index a, Vec3 stored) const;
+  Vec3 turn_along_planes(Index a, Vec3 way) const;
   void add_quadrics();
   void push_from(Index a);
   void push_next(Index a, const Candidate& last);
@@ -80,7 +87,6 @@ class Collapser {
   void move_all();
   std::optional<Quadric> fit(Index a);
   bool move(Index a);
-  Vec3 round_point(Vec3 p) const;
   Index edge_between(Index a, Index b) const;
   std::vector<Index> neighbors(Index a) const;
 
@@ -110,6 +116,7 @@ class Collapser {
   std::vector<std::vector<Index>> star_, rim_;  // faces and border edges at each point
   std::vector<BorderEdge> edges_;
   std::vector<bool> fixed_;
+  std::vector<std::vector<Index>> held_;  // planes that each point keeps
   std::vector<Quadric> quadric_;
   std::vector<Index> stamp_;
   std::priority_queue<Candidate> queue_;

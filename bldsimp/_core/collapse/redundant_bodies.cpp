@@ -4,6 +4,7 @@
 #include <memory>
 #include <tuple>
 
+#include "collapse/holder_normals.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/distances.hpp"
 #include "mesh/edges.hpp"
@@ -77,6 +78,8 @@ class RedundantBodyFinder {
           std::vector<Face> own;
           for (const Index f : bodies_[b].faces) own.push_back(faces_[f]);
           bodies_[b].tree = std::make_unique<FaceTree>(points_, own);
+          const std::vector<Vec3> normals = find_holder_normals(points_, own, limit_);
+          for (std::size_t i = 0; i < own.size(); ++i) normal_[bodies_[b].faces[i]] = normals[i];
         },
         1);
     // A face that is its longest side has the box that its ends span.
@@ -119,7 +122,7 @@ class RedundantBodyFinder {
   }
 
   // Whether every point of a face is within the limit of bodies that may hold it. Each piece is held by one of their
-  // faces.
+  // faces, which is roughly parallel where the face needs that.
   template <class MayHold>
   bool holds(Index face, MayHold may_hold, std::vector<Index>& holders) const {
     std::vector<Triangle> left{corners(face)};
@@ -132,7 +135,7 @@ class RedundantBodyFinder {
       const double longest = longest_side(now);
       auto found = FaceTree::Coverage::nowhere;
       const auto ask = [&](Index body, Index at) {
-        const auto coverage = bodies_[body].tree->find_coverage(now, longest, limit_, at);
+        const auto coverage = bodies_[body].tree->find_coverage(now, longest, limit_, normal_[face], at);
         found = std::max(found, coverage);
         if (coverage == FaceTree::Coverage::whole) holder = body, place = at;
       };
@@ -207,13 +210,14 @@ class RedundantBodyFinder {
   Faces faces_;
   double limit_;
   std::vector<Index> body_of_;
+  std::vector<Vec3> normal_;  // that what holds a face must have, roughly; zero where it may have any
   std::vector<Body> bodies_;
   std::vector<CrowdedEdge> crowded_;
   std::unique_ptr<BoxTree> boxes_;
 };
 
 RedundantBodyFinder::RedundantBodyFinder(Points points, Faces faces, Indices body, Flags pinned, double limit)
-    : points_(about_middle(points)), faces_(faces), limit_(limit), body_of_(faces.size()) {
+    : points_(about_middle(points)), faces_(faces), limit_(limit), body_of_(faces.size()), normal_(faces.size()) {
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto own = static_cast<Index>(f);
     if (body[f] == own) {

@@ -71,9 +71,14 @@ bool FaceTree::within(Vec3 query, double limit, Index& nearest) const {
   return found;
 }
 
-FaceTree::Coverage FaceTree::find_coverage(const Triangle& piece, double longest, double limit, Index& place) const {
+FaceTree::Coverage FaceTree::find_coverage(const Triangle& piece, double longest, double limit, Vec3 normal,
+                                           Index& place) const {
+  const bool any = normal == Vec3{0, 0, 0};
+  const auto near = [&](Index i, Vec3 p) {
+    return any ? triangles_[i].within(p, limit) : triangles_[i].lies_under(p, limit) && triangles_[i].is_across(normal);
+  };
   const auto holds = [&](Index i) {
-    return std::all_of(piece.begin(), piece.end(), [&](const Vec3& p) { return triangles_[i].within(p, limit); });
+    return std::all_of(piece.begin(), piece.end(), [&](const Vec3& p) { return near(i, p); });
   };
   if (holds(place)) return Coverage::whole;
   const Vec3 middle = centroid(piece);
@@ -87,7 +92,7 @@ FaceTree::Coverage FaceTree::find_coverage(const Triangle& piece, double longest
                box.squared_distance(middle) <= limit * limit;
       },
       [&](Index i) {
-        if (found == Coverage::whole || !triangles_[i].within(middle, limit)) return;
+        if (found == Coverage::whole || !near(i, middle)) return;
         found = Coverage::middle;
         if (!holds(i)) return;
         found = Coverage::whole;

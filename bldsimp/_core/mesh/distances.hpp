@@ -51,9 +51,10 @@ class FaceTree {
   bool panel_holds(Points corners, Vec3 middle, double size, double limit) const;
 
   // Whether one face is within the limit of a whole piece, or some face of its middle at least. `place` is where in
-  // the tree it is, and a guess before.
+  // the tree it is, and a guess before. A face with this normal is held only by faces that are roughly parallel to it
+  // and lie under it rather than beside it; if that is zero, by any.
   enum class Coverage { nowhere, middle, whole };
-  Coverage find_coverage(const Triangle& piece, double longest, double limit, Index& place) const;
+  Coverage find_coverage(const Triangle& piece, double longest, double limit, Vec3 normal, Index& place) const;
 
  private:
   bool panel_holds(Index node, Points corners, Vec3 middle, double size, double limit) const;

@@ -14,6 +14,14 @@ struct FramedTriangle {
   FramedTriangle(Vec3 a, Vec3 b, Vec3 c);
   double squared_distance(Vec3 p) const;
   bool within(Vec3 p, double limit) const;  // most that are not are told without a division
+  // Whether a point within the limit is above or below rather than beside: there its way to the outline counts double.
+  // True of all between some points where it is true of those.
+  bool lies_under(Vec3 p, double limit) const;
+  // Whether it is within 45 degrees of square to a normal; false without an area.
+  bool is_across(Vec3 normal) const { return std::abs(dot(cross(x, y), normal)) >= cosine_across; }
+
+  // Cosine of 45 degrees, rounded down.
+  static constexpr double cosine_across = 0.7071067;
 
   // Share of its longest side below which the height of a triangle is a rounding.
   static constexpr double no_height = 4e-16;
@@ -78,6 +86,12 @@ inline bool FramedTriangle::within(Vec3 p, double limit) const {
   const double v = dot(way, y);
   if (v < -limit || v > height + limit) return false;
   return squared_distance(p) <= limit * limit;
+}
+
+inline bool FramedTriangle::lies_under(Vec3 p, double limit) const {
+  if (!within(p, limit)) return false;
+  const double height_of_p = dot(p - origin, cross(x, y)), up = height_of_p * height_of_p;
+  return 4 * (squared_distance(p) - up) + up <= limit * limit;
 }
 
 // The longest side runs from this corner to the next.

@@ -1,28 +1,11 @@
 #include "mesh/orient.hpp"
 
-#include "mesh/box_tree.hpp"
 #include "mesh/edges.hpp"
 #include "mesh/index_sets.hpp"
-#include "mesh/predicates.hpp"
+#include "mesh/vertical_ray.hpp"
 
 namespace bldsimp {
 namespace {
-
-// On which side of a-b, seen along z, p is once it is moved by an infinitesimal in x and a smaller one in y;
-// 0 only where a and b are one point there.
-int side_of(Vec3 a, Vec3 b, Vec3 p) {
-  if (const int side = orient2d({a.x, a.y}, {b.x, b.y}, {p.x, p.y}); side != 0) return side;
-  if (a.y != b.y) return a.y > b.y ? 1 : -1;
-  return a.x != b.x ? (b.x > a.x ? 1 : -1) : 0;
-}
-
-// Whether a ray upwards from p, moved so, crosses a triangle: 1 from below (the side that it does not face),
-// -1 from above. Of p on the triangle itself, moved upwards before all else, it does not.
-int crosses_above(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
-  const int side = side_of(a, b, p);
-  if (side == 0 || side_of(b, c, p) != side || side_of(c, a, p) != side) return 0;
-  return orient3d(a, b, c, p) == side ? side : 0;
-}
 
 // Sets of faces, each face with the parity of its winding against that of the set's root (its least face).
 class Windings {
@@ -57,19 +40,6 @@ class Windings {
   Array<Index> parent_;
   Array<std::uint8_t> odd_;
 };
-
-// Calls visit(component) for those whose numbers do not add up to 0.
-template <class Visit>
-void for_unbalanced(std::vector<std::pair<Index, int>>& numbers, Visit visit) {
-  std::sort(numbers.begin(), numbers.end());
-  for_runs(
-      numbers, [](const auto& a, const auto& b) { return a.first == b.first; },
-      [&](auto own) {
-        int sum = 0;
-        for (const auto& [component, number] : own) sum += number;
-        if (sum != 0) visit(own[0].first);
-      });
-}
 
 class Orienter {
  public:
@@ -179,14 +149,8 @@ class Orienter {
     const Index first = first_face_[c];
     const Vec3 p = centroid(corners_of(faces_[first], points_));
     std::vector<std::pair<Index, int>> crossings;
-    const auto above = [&](const Box& box) {
-      return box.low.x <= p.x && p.x <= box.high.x && box.low.y <= p.y && p.y <= box.high.y && p.z <= box.high.z;
-    };
-    closed_faces.visit(p, above, [&](Index i) {
-      const Index f = closed_faces.order()[i];
-      if (component_[f] == c) return;
-      const int way = crosses_above(p, corner(f, 0), corner(f, 1), corner(f, 2));
-      if (way != 0) crossings.push_back({component_[f], turned_[f] ? -way : way});
+    visit_above(p, closed_faces, points_, faces_, [&](Index f, int way) {
+      if (component_[f] != c) crossings.push_back({component_[f], turned_[f] ? -way : way});
     });
     int enclosing = 0;
     for_unbalanced(crossings, [&](Index) { ++enclosing; });

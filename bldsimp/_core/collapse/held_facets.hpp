@@ -1,0 +1,22 @@
+// Find the facets that keep their planes while edges collapse.
+#pragma once
+
+#include "mesh/vec3.hpp"
+
+namespace bldsimp {
+
+struct HeldPlane {
+  Vec3 normal;
+  double offset;  // normal . point
+};
+
+struct HeldFacets {
+  std::vector<Index> plane_of_face;  // -1 for faces that may turn
+  std::vector<HeldPlane> planes;
+};
+
+// Facets that are large beside a tolerance, and end at open edges or at edges too sharp for noise, keep their planes.
+// Faces that go on over a small step are of one facet. About O(n log n).
+HeldFacets find_held_facets(Points points, Faces faces, Indices label, double tolerance);
+
+}  // namespace bldsimp
