@@ -110,7 +110,7 @@ def simplify_mesh(
         # Where nothing has area, or welding has used the tolerance up, there is nothing to collapse.
         if wide and len(welded.faces) and left > exact:
             surface = given.merged[0].take_result().without_copies(attributes.find_layers())
-            given.details = remove_details(mesh, surface, attributes.find_textured_parts(), left, options)
+            given.details = remove_details(mesh, welded, surface, attributes.find_textured_parts(), left, options)
             given.collapsed = collapse_edges(mesh, surface, given.details, left, progress)
             corners = resolve_corners(mesh, given)
             given.merged.append(merge_after_collapses(given.collapsed.surface, corners, exact))

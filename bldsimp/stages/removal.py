@@ -79,14 +79,21 @@ class Details:
 
 
 def remove_details(
-    mesh: Mesh, surface: Surface, textured: NDArray[np.bool_], tolerance: float, options: Options
+    mesh: Mesh,
+    welded: WeldedMesh,
+    surface: Surface,
+    textured: NDArray[np.bool_],
+    tolerance: float,
+    options: Options,
 ) -> Details:
     """Find bodies that the rest of a surface holds within a tolerance, and details that can go as wholes.
 
     Parameters
     ----------
     mesh : Mesh
+    welded : WeldedMesh
     surface : Surface
+        What is left of it.
     textured : (p,) bool
         Parts that stay because they show pictures, however near the rest is.
     tolerance : float
@@ -111,6 +118,7 @@ def remove_details(
         surface.faces,
         surface.label,
         part,
+        (_count_rows(welded)[surface.origin] > 1).astype(np.uint8),
         pinned,
         bodies,
         within,
@@ -127,6 +135,12 @@ def remove_details(
         )
     ]
     return Details(found.left_out, dropped, found.faces, found.parent, found.points, found.kept_by_label)
+
+
+def _count_rows(welded: WeldedMesh) -> Indices:
+    """Count the rows of the file at each welded point."""
+    points = welded.point_of_row[welded.point_of_row >= 0]
+    return cast_indices(np.bincount(points, minlength=len(welded.points)))
 
 
 def count_decimals(mesh: Mesh, tolerance: float) -> int:

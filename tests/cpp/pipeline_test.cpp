@@ -215,8 +215,8 @@ std::size_t check_wide(const Soup& soup, double tolerance, Random& random) {
   const bool moves = random() % 2, keeps = random() % 2;
   const Rounding rounding{moves ? 4 : -1, false};
   const FeatureRemoval removal =
-      remove_features({surface.points, surface.faces, label, label, pinned, redundant, 0.9 * tolerance, 1e-9, rounding,
-                       keeps, static_cast<Index>(surface.faces.size())});
+      remove_features({surface.points, surface.faces, label, label, FlagList(surface.points.size(), 1), pinned,
+                       redundant, 0.9 * tolerance, 1e-9, rounding, keeps, static_cast<Index>(surface.faces.size())});
   std::vector<Face> all(surface.faces);
   FlagList left_out(removal.left_out);
   for (std::size_t f = 0; f < removal.faces.size(); ++f) {

@@ -80,9 +80,9 @@ def test_a_loop_between_two_parts_stays() -> None:
 
 def close_loops(points: Points, faces: Faces, limit: float) -> _core.FeatureRemoval:
     """Close loops, and remove nothing else."""
-    zeros = np.zeros(len(faces), np.int32)
+    zeros, flags = np.zeros(len(faces), np.int32), np.zeros(len(faces), np.uint8)
     found = _core.remove_features(
-        points, faces, zeros, zeros, zeros.astype(np.uint8), zeros.astype(np.uint8), limit, 1e-9, -1, False, False, 1000
+        points, faces, zeros, zeros, np.zeros(len(points), np.uint8), flags, flags, limit, 1e-9, -1, False, False, 1000
     )
     assert len(found.faces) == len(found.parent)
     return found

@@ -19,12 +19,14 @@ void bind_collapse(nb::module_& m) {
             &FeatureRemoval::kinds, "places", &FeatureRemoval::places, "triangles", &FeatureRemoval::triangles);
   removal.def_ro("kept_by_label", &FeatureRemoval::kept_by_label);
   m.def("remove_features",
-        unlocked([](Points points, Faces faces, Indices label, Indices part, Flags stays, Flags left_out, double limit,
-                    double flat, int decimals, bool single, bool keep_topology, Index most_triangles) {
+        unlocked([](Points points, Faces faces, Indices label, Indices part, Flags has_many_rows, Flags stays,
+                    Flags left_out, double limit, double flat, int decimals, bool single, bool keep_topology,
+                    Index most_triangles) {
           return remove_features({points,
                                   faces,
                                   label,
                                   part,
+                                  has_many_rows,
                                   stays,
                                   left_out,
                                   limit,
@@ -33,8 +35,8 @@ void bind_collapse(nb::module_& m) {
                                   keep_topology,
                                   most_triangles});
         }),
-        "points"_a, "faces"_a, "label"_a, "part"_a, "stays"_a, "left_out"_a, "limit"_a, "flat"_a, "decimals"_a,
-        "single"_a, "keep_topology"_a, "most_triangles"_a);
+        "points"_a, "faces"_a, "label"_a, "part"_a, "has_many_rows"_a, "stays"_a, "left_out"_a, "limit"_a, "flat"_a,
+        "decimals"_a, "single"_a, "keep_topology"_a, "most_triangles"_a);
 
   nb::class_<Progress>(m, "Progress").def(nb::init<>()).def_prop_ro("removed", [](const Progress& p) {
     return p.removed.load();

@@ -258,7 +258,7 @@ bool FeatureRemover::keeps_parts(const Caps& caps) const {
   for (std::size_t c = 0; c < caps.faces.size(); ++c)
     for (const Index p : caps.faces[c]) {
       const IndexPair own{p, input_.part[faces_[caps.parent[c]].source]};
-      if (!std::binary_search(part_points_.begin(), part_points_.end(), own)) return false;
+      if (input_.has_many_rows[p] && !std::binary_search(part_points_.begin(), part_points_.end(), own)) return false;
     }
   return true;
 }

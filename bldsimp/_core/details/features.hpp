@@ -10,11 +10,12 @@ struct FeatureInput {
   Points points;
   Faces faces;
   Indices label;
-  Indices part;    // caps use points of their own part only, since these have rows there
-  Flags stays;     // faces that may not go
-  Flags left_out;  // faces that have gone already, and count all the same
-  double limit;    // how far anything may move
-  double flat;     // facets are flat within this
+  Indices part;         // of each face: caps use points of their own part only
+  Flags has_many_rows;  // points where that matters, since the file has several rows there
+  Flags stays;          // faces that may not go
+  Flags left_out;       // faces that have gone already, and count all the same
+  double limit;         // how far anything may move
+  double flat;          // facets are flat within this
   Rounding rounding;
   bool keep_topology;    // passages and open edges stay
   Index most_triangles;  // that may be left

@@ -108,12 +108,13 @@ Surface apply(const Surface& input, const FeatureRemoval& removal) {
 }
 
 FeatureRemoval remove_with(std::size_t threads, const Case& one) {
-  const FlagList none(one.input.faces.size(), 0);
+  const FlagList none(one.input.faces.size(), 0), many(one.input.points.size(), 1);
   const std::size_t before = most_threads.exchange(threads);
   const auto removal = remove_features({one.input.points,
                                         one.input.faces,
                                         one.label,
                                         one.label,
+                                        many,
                                         one.stays,
                                         none,
                                         0.9 * one.limit,

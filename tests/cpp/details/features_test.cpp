@@ -16,6 +16,7 @@ constexpr Index kMany = 1 << 20;
 
 // One part for all faces.
 std::vector<Index> zeros(const std::vector<Index>& label) { return std::vector<Index>(label.size(), 0); }
+FlagList many_rows(const Soup& soup) { return FlagList(soup.points.size(), 1); }
 
 // A mesh, and what `remove_features` makes of it.
 struct Removal {
@@ -29,8 +30,18 @@ struct Removal {
 
   Removal& run(double limit) {
     const FlagList none(soup.faces.size(), 0);
-    result = remove_features(
-        {soup.points, soup.faces, label, zeros(label), stays, none, limit, 1e-4, {decimals, false}, false, kMany});
+    result = remove_features({soup.points,
+                              soup.faces,
+                              label,
+                              zeros(label),
+                              many_rows(soup),
+                              stays,
+                              none,
+                              limit,
+                              1e-4,
+                              {decimals, false},
+                              false,
+                              kMany});
     return *this;
   }
   std::vector<Face> faces() const {
@@ -207,14 +218,24 @@ void what_has_gone_already_does_not_come_back() {
   FlagList left_out(soup.faces.size(), 0);
   left_out.resize(label.size(), 1);
   shapes::append(soup, shapes::box({1, -0.1, 1}, {2, 0, 2}), {0, 0, 0});
-  const auto result = remove_features(
-      {soup.points, soup.faces, label, zeros(label), stays, left_out, 0.6, 1e-4, {6, false}, false, kMany});
+  const auto result = remove_features({soup.points,
+                                       soup.faces,
+                                       label,
+                                       zeros(label),
+                                       many_rows(soup),
+                                       stays,
+                                       left_out,
+                                       0.6,
+                                       1e-4,
+                                       {6, false},
+                                       false,
+                                       kMany});
   CHECK(result.kinds.size() == 1);
   for (std::size_t f = label.size() - 12; f < label.size(); ++f) CHECK(result.left_out[f]);
 }
 
 void nothing_has_no_features() {
-  const auto result = remove_features({{}, {}, {}, {}, {}, {}, 1, 1e-4, {6, false}, false, kMany});
+  const auto result = remove_features({{}, {}, {}, {}, {}, {}, {}, 1, 1e-4, {6, false}, false, kMany});
   CHECK(result.faces.empty() && result.points.empty() && result.kinds.empty());
   CHECK(Removal(shapes::box({0, 0, 0}, {4, 3, 2})).run(0.1).changes_nothing());
 }
