@@ -255,7 +255,7 @@ def find_broken(
         return [] if not len(after.faces) else ["faces out of nothing"]
     if not len(after.faces):
         return ["empty"] if compute_area(before) > 0 else []
-    found = _find_wrong_counts(count_topology(before), count_topology(after), healed, dropped)
+    found = _find_wrong_counts(count_topology(before), count_topology(after), healed, dropped or closed)
     narrow = tolerance <= WIDE * np.linalg.norm(np.ptp(before.points, axis=0))
     if narrow and count_strangers(before, after):
         found.append(f"{count_strangers(before, after)} points that the input does not have")
@@ -271,6 +271,8 @@ def find_broken(
     if dropped:
         return found
     found += _find_wrong_edges("open", before, after, within, healed, closed)
+    # Edges of more than two faces are held to the tolerance; the bound is that of the surface.
+    within = max(tolerance, slack)
     wrong = _find_wrong_shape(before, after, within, healed, closed)
     if wrong and len(drop_winding(before).faces) < len(before.faces):
         # Of a sheet that is two-sided in places, and heals, neither count tells what must stay.

@@ -41,20 +41,6 @@ Box widen(Box box, double around) {
   return {box.low - way, box.high + way};
 }
 
-// Points - edges + faces.
-Index count_euler(Faces faces) {
-  std::vector<Index> points;
-  std::vector<Edge> edges;
-  for (const auto& [a, b, c] : faces) {
-    append(points, std::array{a, b, c});
-    append(edges, std::array{Edge{std::min(a, b), std::max(a, b)}, Edge{std::min(b, c), std::max(b, c)},
-                             Edge{std::min(c, a), std::max(c, a)}});
-  }
-  sort_unique(points);
-  sort_unique(edges);
-  return static_cast<Index>(points.size() - edges.size() + faces.size());
-}
-
 class FeatureRemover {
  public:
   explicit FeatureRemover(const FeatureInput& input);
@@ -89,6 +75,8 @@ class FeatureRemover {
   Trial try_all() const;
   std::vector<std::size_t> find_failures(const Trial& trial);
   void blame_faces(const Trial& trial, Faces faces, std::vector<std::size_t>& failures);
+  void blame_edges(const Trial& trial, Faces faces, std::vector<std::size_t>& failures);
+  std::size_t find_last(const Box& box) const;
   void blame_missing(const Trial& trial, Faces faces, std::vector<std::size_t>& failures) const;
   void commit(Trial trial);
   FeatureRemoval take_result();
@@ -100,6 +88,8 @@ class FeatureRemover {
   std::vector<IndexPair> part_points_;  // {point, part of a face at it}, sorted
   FaceTree tree_;                       // of the input
   Certificate near_input_{tree_};
+  FaceTree rim_tree_;  // of its open edges
+  Certificate near_rim_{rim_tree_};
   std::map<Index, Index> label_count_, label_going_;  // faces of each label; those that go more than come
   std::ptrdiff_t growth_ = 0;                         // triangles that come more than go
   std::set<std::uint64_t> refused_, failed_;          // candidates for good, and those that failed among others
@@ -119,7 +109,8 @@ class FeatureRemover {
 
 FeatureRemover::FeatureRemover(const FeatureInput& input)
     : input_(input), given_(about_middle(input.points)), points_(given_),
-      stored_(input.points.begin(), input.points.end()), tree_(given_, input.faces) {
+      stored_(input.points.begin(), input.points.end()), tree_(given_, input.faces),
+      rim_tree_(given_, find_open_edges(input.faces, static_cast<Index>(input.points.size()))) {
   if (!input.points.empty()) middle_ = input.points[input.points.size() / 2];
   for (std::size_t f = 0; f < input.faces.size(); ++f)
     for (const Index p : input.faces[f]) part_points_.push_back({p, input.part[f]});
@@ -377,6 +368,7 @@ std::vector<std::size_t> FeatureRemover::find_failures(const Trial& trial) {
   for (const auto& [f, g] : find_crossings(trial.stored, faces, wanted))
     failures.push_back(static_cast<std::size_t>(std::max(trial.owner[f], trial.owner[g])));
   blame_faces(trial, faces, failures);
+  blame_edges(trial, faces, failures);
   blame_missing(trial, faces, failures);
   sort_unique(failures);
   return failures;
@@ -401,14 +393,24 @@ void FeatureRemover::blame_missing(const Trial& trial, Faces faces, std::vector<
   std::vector<bool> there(input_.faces.size(), false);
   for (const CurrentFace& f : trial.faces)
     if (!f.changed) there[f.source] = true;
-  std::vector<Box> boxes;
-  for (const FeatureCandidate& one : accepted_) boxes.push_back(widen(measure_box(one), 2 * input_.limit));
   for (std::size_t f = 0; f < there.size(); ++f) {
     const Triangle at = corners_of(input_.faces[f], given_);
-    if (there[f] || near_trial.holds(at, input_.limit)) continue;
-    std::size_t last = boxes.size() - 1;
-    while (last > 0 && !boxes[last].meets(box_of(at))) --last;
-    failures.push_back(last);
+    if (!there[f] && !near_trial.holds(at, input_.limit)) failures.push_back(find_last(box_of(at)));
+  }
+}
+
+// The last candidate near a box.
+std::size_t FeatureRemover::find_last(const Box& box) const {
+  std::size_t last = accepted_.size() - 1;
+  while (last > 0 && !widen(measure_box(accepted_[last]), 2 * input_.limit).meets(box)) --last;
+  return last;
+}
+
+// Open edges lie near those of the input.
+void FeatureRemover::blame_edges(const Trial& trial, Faces faces, std::vector<std::size_t>& failures) {
+  for (const Face& edge : find_open_edges(faces, static_cast<Index>(trial.points.size()))) {
+    const Triangle at = corners_of(edge, trial.points);
+    if (!near_rim_.holds(at, input_.limit)) failures.push_back(find_last(box_of(at)));
   }
 }
 

@@ -116,6 +116,27 @@ IndexPair count_edges(Faces faces, Index point_count) {
   return counts;
 }
 
+std::vector<Face> find_open_edges(Faces faces, Index point_count) {
+  std::vector<Face> open;
+  EdgeBuckets(faces, point_count).visit(0, point_count, [&](Indices edge) {
+    if (edge.size() == 1) open.push_back({origin(faces, edge[0]), target(faces, edge[0]), target(faces, edge[0])});
+  });
+  return open;
+}
+
+Index count_euler(Faces faces) {
+  std::vector<Index> points;
+  std::vector<Edge> edges;
+  for (const auto& [a, b, c] : faces) {
+    append(points, std::array{a, b, c});
+    append(edges, std::array{Edge{std::min(a, b), std::max(a, b)}, Edge{std::min(b, c), std::max(b, c)},
+                             Edge{std::min(c, a), std::max(c, a)}});
+  }
+  sort_unique(points);
+  sort_unique(edges);
+  return static_cast<Index>(points.size() - edges.size() + faces.size());
+}
+
 Array<Index> find_components(Faces faces, Index point_count) {
   IndexSets sets(faces.size());
   EdgeBuckets(faces, point_count).visit(0, point_count, [&](Indices edge) {

@@ -49,6 +49,12 @@ Halfedges pair_halfedges(Points points, Faces faces, const CornerRows& rows, dou
 // Edges of one face, and edges of more than two. O(faces).
 IndexPair count_edges(Faces faces, Index point_count);
 
+// The edges of one face, as faces without area. O(faces).
+std::vector<Face> find_open_edges(Faces faces, Index point_count);
+
+// Points - edges + faces. O(n log n).
+Index count_euler(Faces faces);
+
 // The component of each face: its least face. Edges connect faces. Nearly linear.
 Array<Index> find_components(Faces faces, Index point_count);
 
