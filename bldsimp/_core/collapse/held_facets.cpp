@@ -11,7 +11,7 @@ namespace {
 constexpr double kFlat = 0.05;
 // A facet is large where its area divided by its length is more than this many tolerances.
 constexpr double kLarge = 2;
-// Narrow facets are held beside one whose area divided by its length is more than this many.
+// Narrow facets keep their planes beside a facet of more than this many.
 constexpr double kWall = 6;
 // Cosine of 25 degrees: noise hardly makes sharper edges.
 constexpr double kSharp = 0.906;
@@ -28,7 +28,7 @@ double measure_edge(const FacetGraph& graph, const LoopEdge& e) {
   return length(graph.points()[e.to] - graph.points()[e.from]);
 }
 
-// Whether a facet is large, or a reveal or the side of a slab beside a large one; and ends sharply.
+// Tells which facets keep their planes: large ones, and narrow ones beside much larger ones. All have sharp borders.
 class PlaneHolder {
  public:
   PlaneHolder(const FacetGraph& graph, double tolerance) : graph_(graph), tolerance_(tolerance) {

@@ -15,8 +15,8 @@ struct HeldFacets {
   std::vector<HeldPlane> planes;
 };
 
-// Facets that are large beside a tolerance, and end at open edges or at edges too sharp for noise, keep their planes.
-// Faces that go on over a small step are of one facet. About O(n log n).
+// Finds large facets with sharp or open borders, and narrow ones with sharp borders beside much larger ones. About
+// O(n log n).
 HeldFacets find_held_facets(Points points, Faces faces, Indices label, double tolerance);
 
 }  // namespace bldsimp

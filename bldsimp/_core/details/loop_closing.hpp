@@ -11,7 +11,7 @@ namespace bldsimp {
 // Why the loops around some facets cannot be closed.
 enum class Unclosed : std::uint8_t {
   open,     // a loop runs partly along open edges
-  plane,    // no plane of the facets around goes on over a loop
+  plane,    // no plane of the facets around continues over a loop
   label,    // the facets around have several labels
   outline,  // the outline of a cap touches or crosses itself, or winds the wrong way
   edge,     // a cap would share an edge with what stays
@@ -29,10 +29,10 @@ class LoopCloser {
  public:
   explicit LoopCloser(const FacetGraph& graph) : graph_(graph) {}
 
-  // Closes what the facets (sorted) leave. `free_point` is a point that only they use, or -1. Points that slide do so
-  // by at most `reach`.
+  // Closes the loops around facets (sorted). Loops that cannot be closed slide into the plane of another one, by at
+  // most `reach`; at 0 none slides.
   std::optional<Caps> close(const std::vector<Loop>& loops, Indices facets, double reach);
-  // Closes a loop of open edges, in a plane or without one. It grows neither points nor open edges.
+  // Closes a loop of open edges, in a plane or without one. It adds no point.
   std::optional<Caps> close_open(const Loop& loop);
   Unclosed why() const { return why_; }
 
