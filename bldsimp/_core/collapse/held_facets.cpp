@@ -9,9 +9,7 @@ namespace {
 
 // A facet is flat where it is no wider than this share of the tolerance to either side.
 constexpr double kFlat = 0.05;
-// A facet is large where its area divided by its length is more than this many tolerances.
-constexpr double kLarge = 2;
-// Narrow facets keep their planes beside a facet of more than this many.
+// Narrow facets keep their planes beside a facet whose area divided by its length is over this many tolerances.
 constexpr double kWall = 6;
 // Cosine of 25 degrees: noise hardly makes sharper edges.
 constexpr double kSharp = 0.906;
@@ -33,9 +31,8 @@ class PlaneHolder {
  public:
   PlaneHolder(const FacetGraph& graph, double tolerance) : graph_(graph), tolerance_(tolerance) {
     for (Index k = 0; k < graph.facet_count(); ++k) {
-      const FacetShape& own = graph.shape(k);
-      is_large_.push_back(own.area > kLarge * tolerance * 2 * own.radius);
-      is_wall_.push_back(own.area > kWall * tolerance * 2 * own.radius);
+      is_large_.push_back(graph.is_wider(k, large_facet * tolerance));
+      is_wall_.push_back(graph.is_wider(k, kWall * tolerance));
     }
   }
 

@@ -21,6 +21,11 @@ struct LoopEdge {
 };
 using Loop = std::vector<LoopEdge>;
 
+// A facet is large where its area divided by its length is more than this many tolerances.
+inline constexpr double large_facet = 2;
+// Cosine of the angle within which two facets are parallel.
+inline constexpr double parallel_facets = 0.99;
+
 // What a facet is as a whole.
 struct FacetShape {
   Vec3 normal{0, 0, 0};
@@ -54,6 +59,8 @@ class FacetGraph {
   bool share_plane(Index f, Index g) const;
   // The same for facets with one label.
   bool continues(Index f, Index g) const { return shapes_[f].label == shapes_[g].label && share_plane(f, g); }
+  // Whether the area of a facet divided by its length is over a width.
+  bool is_wider(Index facet, double width) const { return shapes_[facet].area > width * 2 * shapes_[facet].radius; }
   // Extent of a facet across its longest way.
   double width_of(Index facet) const;
 

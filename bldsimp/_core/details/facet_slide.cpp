@@ -7,12 +7,8 @@
 namespace bldsimp {
 namespace {
 
-// Cosine of the angle within which two facets are parallel.
-constexpr double kParallel = 0.99;
 // A point may not go far along planes that are nearly square to its way.
 constexpr double kLeastRise = 0.5;
-// A facet is small where its area divided by its length is less than this many tolerances.
-constexpr double kSmall = 2;
 constexpr std::size_t kMostFaces = 2000;
 
 class FacetSlider {
@@ -49,7 +45,7 @@ class FacetSlider {
     for (const Index f : graph_.faces_at(point)) {
       const Index other = graph_.facet_of(f);
       const auto parallel = [&](Index g) {
-        return std::abs(dot(graph_.shape(g).normal, graph_.shape(other).normal)) > kParallel;
+        return std::abs(dot(graph_.shape(g).normal, graph_.shape(other).normal)) > parallel_facets;
       };
       if (!parallel(facet_) && std::none_of(around.begin(), around.end(), parallel)) around.push_back(other);
     }
@@ -215,14 +211,14 @@ class FacetSlider {
 
 std::vector<Index> find_slide_planes(const FacetGraph& graph, Index facet, double reach) {
   const FacetShape& own = graph.shape(facet);
-  if (own.area > kSmall * reach * 2 * own.radius) return {};
+  if (graph.is_wider(facet, large_facet * reach)) return {};
   std::vector<std::pair<double, Index>> found;
   for (const auto& [strip, fold] : graph.neighbors(facet))
     for (const auto& [other, far] : graph.neighbors(strip)) {
       const FacetShape& shape = graph.shape(other);
       const double height = std::abs(graph.height_over(other, own.center));
-      if (other == facet || dot(shape.normal, own.normal) < kParallel || shape.area <= own.area || height > reach ||
-          height <= 4 * graph.flat())
+      if (other == facet || dot(shape.normal, own.normal) < parallel_facets || shape.area <= own.area ||
+          height > reach || height <= 4 * graph.flat())
         continue;
       found.push_back({height, other});
     }

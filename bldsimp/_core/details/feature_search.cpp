@@ -8,8 +8,6 @@ constexpr std::size_t kMostFacets = 60;
 constexpr int kMostGrowth = 12;
 // Nor is it surrounded by more than so many facets; noise is.
 constexpr std::size_t kMostAround = 24;
-// Cosine of the angle within which two facets are parallel.
-constexpr double kParallel = 0.99;
 
 std::size_t count_around(const FacetGraph& graph, const std::vector<Loop>& loops) {
   std::vector<Index> around;
@@ -120,7 +118,7 @@ std::vector<Index> FeatureSearch::find_more(const std::vector<Index>& facets, co
       const Index other = graph_.facet_of(e.outside);
       if (other == plane || std::binary_search(facets.begin(), facets.end(), other)) continue;
       const auto is_parallel = [&] {
-        return plane >= 0 && std::abs(dot(graph_.shape(plane).normal, graph_.shape(other).normal)) > kParallel &&
+        return plane >= 0 && std::abs(dot(graph_.shape(plane).normal, graph_.shape(other).normal)) > parallel_facets &&
                std::abs(graph_.height_over(plane, graph_.shape(other).center)) <= limit_;
       };
       if (is_narrow(other) || is_parallel()) more.push_back(other);
