@@ -9,7 +9,7 @@ namespace bldsimp {
 namespace {
 
 // Faces beyond this are first collapsed in blocks of about as many, side by side.
-constexpr std::size_t kBlock = 16384;
+constexpr std::size_t kBlock = 4096;
 
 // What is left of the surface, and how far that is.
 struct Remainder {
@@ -124,8 +124,8 @@ std::vector<Face> find_faces_beside(const Remainder& now, std::span<const Surfac
   return beside;
 }
 
-void collapse_block(const CollapseInput& input, const Remainder& now, const HeldFacets& held, Flags shared,
-                    std::span<const SurfaceBlock> blocks, SurfaceBlock& block) {
+void collapse_block(const CollapseInput& input, const Remainder& now, const HeldFacets& held, const Walls& walls,
+                    Flags shared, std::span<const SurfaceBlock> blocks, SurfaceBlock& block) {
   auto faces = select<Face>(now.faces, block.members), beside = find_faces_beside(now, blocks, block);
   for (const auto* list : {&faces, &beside})
     for (const Face& face : *list) append(block.points, face);
@@ -146,8 +146,9 @@ void collapse_block(const CollapseInput& input, const Remainder& now, const Held
   const auto stays = select(shared, block.points);
   const auto fixed = input.fixed.empty() ? std::vector<std::uint8_t>{} : select(input.fixed, block.points);
   const auto planes = select<Index>(held.plane_of_face, sources);
+  const auto noticed = select<double>(held.noticed, sources);
   block.result = Collapser({points, surface, faces, label, points, faces, label, pinned, stays, beside, input.tolerance,
-                            input.decimals, input.single, input.progress, fixed, planes, held.planes})
+                            input.decimals, input.single, input.progress, fixed, planes, held.planes, noticed, walls})
                      .run();
 }
 
@@ -201,12 +202,13 @@ bool part_blocks(const Remainder& before, const JoinedBlocks& after, std::span<S
   return any;
 }
 
-void collapse_blocks(const CollapseInput& input, const HeldFacets& held, Remainder& now, CollapseResult& total) {
+void collapse_blocks(const CollapseInput& input, const HeldFacets& held, const Walls& walls, Remainder& now,
+                     CollapseResult& total) {
   std::vector<SurfaceBlock> blocks = divide_into_blocks(now);
   if (blocks.size() < 2) return;
   const auto shared = find_shared_points(input, now, blocks);
   add_boxes(now, input.tolerance, blocks);
-  parallel_each(blocks.size(), [&](Index b) { collapse_block(input, now, held, shared, blocks, blocks[b]); }, 1);
+  parallel_each(blocks.size(), [&](Index b) { collapse_block(input, now, held, walls, shared, blocks, blocks[b]); }, 1);
   JoinedBlocks after = join_blocks(now, blocks);
   if (part_blocks(now, after, blocks)) after = join_blocks(now, blocks);
   for (const SurfaceBlock& block : blocks) {
@@ -222,8 +224,13 @@ void collapse_blocks(const CollapseInput& input, const HeldFacets& held, Remaind
 HeldFacets hold_facets(const CollapseInput& input, const Remainder& now) {
   HeldFacets held = find_held_facets(now.points, now.faces, select<Index>(input.label, now.source), input.tolerance);
   std::vector<Index> plane_of_face(input.surface.size(), -1);
-  for (std::size_t f = 0; f < now.faces.size(); ++f) plane_of_face[now.source[f]] = held.plane_of_face[f];
+  std::vector<double> noticed(input.surface.size());
+  for (std::size_t f = 0; f < now.faces.size(); ++f) {
+    plane_of_face[now.source[f]] = held.plane_of_face[f];
+    noticed[now.source[f]] = held.noticed[f];
+  }
   held.plane_of_face = std::move(plane_of_face);
+  held.noticed = std::move(noticed);
   return held;
 }
 
@@ -237,15 +244,17 @@ CollapseResult collapse(const CollapseInput& input) {
   const bool same = bounded.size() == surface.size() && input.fill_count == 0;
   CollapseResult total;
   const HeldFacets held = hold_facets(input, now);
-  collapse_blocks(input, held, now, total);
+  const Walls walls(now.points, now.faces, held.flat, input.tolerance);
+  collapse_blocks(input, held, walls, now, total);
   const auto label = select<Index>(input.label, now.source);
   const auto pinned = select<std::uint8_t>(input.pinned, now.source);
   const auto planes = select<Index>(held.plane_of_face, now.source);
+  const auto noticed = select<double>(held.noticed, now.source);
   const std::vector<std::uint8_t> none(now.points.size(), 0);
   const RemainingSurface left{input.points,    surface,        bounded,      bounded_label,  now.points,
                               now.faces,       label,          pinned,       none,           {},
                               input.tolerance, input.decimals, input.single, input.progress, input.fixed,
-                              planes,          held.planes};
+                              planes,          held.planes,    noticed,      walls};
   Collapser collapser(left);
   CollapseResult result = collapser.run();
   result.holder = collapser.holders();

@@ -11,8 +11,19 @@ namespace {
 constexpr double kFolded = -0.9;
 // A face may turn this far at most, as a cosine.
 constexpr double kTurned = 0.2;
+// Cosine from which on a face has not turned.
+constexpr double kSame = 0.9999;
+// A face must not lean if its area divided by its longest side is over this many tolerances, nor turn away from all of
+// the surface from the second on.
+constexpr double kWide = 1, kNarrow = 0.5;
+// What is farther than the nearest by less than these shares of the tolerance is as near: of walls, of any faces.
+constexpr double kAsNear = 0.1, kNear = 0.05;
+// Cosine of 30 degrees, within which two faces face alike.
+constexpr double kAlike = 0.866;
 // A triangle is a needle below this height, as a share of its longest side.
 constexpr double kNeedle = 1e-3;
+// Corners that are remembered for each point because they did not let it go.
+constexpr std::size_t kMostUnheld = 4;
 
 Face replace_corner(Face f, Index from, Index to) {
   for (Index& p : f)
@@ -38,15 +49,11 @@ bool has_fold(std::span<const FoldFace> sides) {
     if (!sides[i].made) continue;
     for (std::size_t j = 0; j < sides.size(); ++j) {
       if (j == i || (sides[j].made && j < i)) continue;
-      int shared = 0, forward = 0;
+      const Face &f = sides[i].face, &g = sides[j].face;
+      if (std::count_if(f.begin(), f.end(), [&](Index p) { return has_corner(g, p); }) < 2) continue;
+      bool forward = false;
       for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l) {
-          const Index p = sides[i].face[k], q = sides[i].face[(k + 1) % 3];
-          const Index r = sides[j].face[l], t = sides[j].face[(l + 1) % 3];
-          shared += p == r;
-          forward += p == r && q == t;
-        }
-      if (shared < 2) continue;
+        for (int l = 0; l < 3; ++l) forward |= f[k] == g[l] && f[(k + 1) % 3] == g[(l + 1) % 3];
       const double cosine = dot(sides[i].normal, sides[j].normal) * (forward ? -1 : 1);
       if (cosine < kFolded * length(sides[i].normal) * length(sides[j].normal)) return true;
     }
@@ -60,7 +67,7 @@ void Collapser::survey(Index a, Index b, Vec3 stored) {
   auto& now = now_;
   const Vec3 target = stored - middle_;
   now.a = a, now.b = b, now.target = target, now.stored = stored;
-  for (auto* list : {&now.dying, &now.moving, &now.around, &now.apexes}) list->clear();
+  for (auto* list : {&now.dying, &now.moving, &now.apexes}) list->clear();
   now.made.clear();
   now.old = star_[a];
   for (const Index f : star_[a]) {
@@ -77,12 +84,17 @@ void Collapser::survey(Index a, Index b, Vec3 stored) {
       if (p != a && p != b) now.apexes.push_back(p);
   }
   std::sort(now.apexes.begin(), now.apexes.end());
-  now.ring = neighbors(a);
-  for (const Index p : now.ring)
-    for (const Index f : star_[p])
-      if (!has_corner(faces_[f], a)) now.around.push_back(f);
-  sort_unique(now.around);
+  find_neighbors(a, now.ring);
   survey_edges();
+}
+
+// Most candidates are refused before anything asks for these.
+void Collapser::survey_around() {
+  now_.around.clear();
+  for (const Index p : now_.ring)
+    for (const Index f : star_[p])
+      if (!has_corner(faces_[f], now_.a)) now_.around.push_back(f);
+  sort_unique(now_.around);
 }
 
 void Collapser::survey_edges() {
@@ -124,15 +136,39 @@ bool Collapser::links() const {
                        [&](Index f) { return has_corner(faces_[f], apex); }) == 2;
 }
 
+// Whether a face faces another way than before, and is wide enough, in tolerances, and large enough to be noticed.
+bool Collapser::shows_turn(const NewFace& made, double width) const {
+  const Vec3 n = area_vector(corners(faces_[made.slot])), m = area_vector(made.corners);
+  const double size = length(m);
+  return size > 2 * width * limit_ * longest_side(made.corners) &&
+         size >= 2 * input_.noticed[distinct_.index[made.slot]] && dot(n, m) < kSame * length(n) * size;
+}
+
+// Whether a face comes to lean beside the walls, floors and roofs near it.
+bool Collapser::leans(const NewFace& made) const {
+  if (!shows_turn(made, kWide)) return false;
+  const auto near = input_.walls.measure_leaning(made.corners, middle_);
+  if (!near) return false;
+  Index guess = near_[made.slot];
+  return *near <= tree_->distance(centroid(made.corners), guess) + kAsNear * limit_;
+}
+
+// Whether a face comes to face where nothing of the surface faces that is about as near as the nearest.
+bool Collapser::turns(const NewFace& made) const {
+  if (!shows_turn(made, kNarrow)) return false;
+  const Vec3 middle = centroid(made.corners), m = area_vector(made.corners);
+  Index guess = near_[made.slot];
+  const double near = tree_->distance(middle, guess) + kNear * limit_;
+  return tree_->visit_near(middle, near, [&](Index place) {
+    return std::abs(dot(tree_->triangle(place).normal(), m)) < kAlike * length(m);
+  });
+}
+
+// Whether a face that moves would become a needle or turn too far.
 std::optional<Refusal> Collapser::shape() const {
   const auto& now = now_;
   double least = kNeedle;
-  std::vector<FoldFace> before, after;
-  for (const Index f : now.old) {
-    const Triangle at = corners(faces_[f]);
-    least = std::min(least, aspect(at));
-    before.push_back({faces_[f], area_vector(at), true});
-  }
+  for (const Index f : now.old) least = std::min(least, aspect(corners(faces_[f])));
   for (const NewFace& made : now.made) {
     const double own = aspect(made.corners);
     if (own < least || own == 0) return Refusal::needle;
@@ -140,14 +176,23 @@ std::optional<Refusal> Collapser::shape() const {
     const Vec3 n = area_vector(at), m = area_vector(made.corners);
     const double size = length(n);
     if (size > limit_ * longest_side(at) && dot(n, m) < kTurned * size * length(m)) return Refusal::fold;
-    after.push_back({made.face, m, true});
   }
-  for (const Index f : now.around) {
-    before.push_back({faces_[f], area_vector(corners(faces_[f])), false});
-    after.push_back(before.back());
-  }
-  if (has_fold(after) && !has_fold(before)) return Refusal::fold;
   return {};
+}
+
+// Whether two faces would come to lie folded on one another where none do.
+bool Collapser::folds() const {
+  std::vector<FoldFace> around, sides;
+  around.reserve(now_.around.size());
+  for (const Index f : now_.around) around.push_back({faces_[f], area_vector(corners(faces_[f])), false});
+  sides.reserve(now_.old.size() + around.size());
+  for (const NewFace& made : now_.made) sides.push_back({made.face, area_vector(made.corners), true});
+  append(sides, around);
+  if (!has_fold(sides)) return false;
+  sides.clear();
+  for (const Index f : now_.old) sides.push_back({faces_[f], area_vector(corners(faces_[f])), true});
+  append(sides, around);
+  return !has_fold(sides);
 }
 
 // How far what is made is from the surface, by what is known of what it replaces.
@@ -188,7 +233,7 @@ bool Collapser::backward_edge() {
   });
 }
 
-bool Collapser::forward() {
+void Collapser::gather_holders() {
   auto& holders = now_.holders;
   holders.clear();
   for (const auto& [slot, face, at] : now_.made) holders.push_back({slot, {at[0], at[1], at[2]}});
@@ -197,7 +242,23 @@ bool Collapser::forward() {
     const auto [a, b, c] = corners(faces_[f]);
     holders.push_back({f, {a, b, c}});
   }
-  return containment_->finds(now_.old, holders);
+}
+
+// Most refusals repeat earlier ones: what did not let a point go then mostly does not now, whichever way it goes.
+bool Collapser::stays_unheld() {
+  const auto& corners = unheld_[now_.a];
+  return std::any_of(corners.begin(), corners.end(), [&](const ContainmentProof::UnheldCorner& corner) {
+    return containment_->stays_unheld(corner, now_.old, now_.holders);
+  });
+}
+
+bool Collapser::forward() {
+  if (containment_->finds(now_.old, now_.holders)) return true;
+  if (containment_->unheld().piece < 0) return false;
+  auto& corners = unheld_[now_.a];
+  if (corners.size() == kMostUnheld) corners.erase(corners.begin());
+  corners.push_back(containment_->unheld());
+  return false;
 }
 
 bool Collapser::forward_edge() {
@@ -224,6 +285,10 @@ bool Collapser::forward_edge() {
 std::optional<Refusal> Collapser::find_refusal() {
   if (now_.b >= 0 && !links()) return Refusal::link;
   if (const auto bad = shape()) return bad;
+  survey_around();
+  if (folds() || std::ranges::any_of(now_.made, [&](const NewFace& made) { return leans(made); })) return Refusal::fold;
+  gather_holders();
+  if (stays_unheld()) return Refusal::forward;
   if (!backward_edge()) return Refusal::border;
   bound();
   const bool known = now_.far <= limit_;
@@ -232,6 +297,7 @@ std::optional<Refusal> Collapser::find_refusal() {
   if (crossings_->makes_crossing(now_.old, now_.around, changes())) return Refusal::crossing;
   if (!forward()) return Refusal::forward;
   if (!known && !backward()) return Refusal::backward;
+  if (std::ranges::any_of(now_.made, [&](const NewFace& made) { return turns(made); })) return Refusal::fold;
   if (!known) now_.far = limit_;
   return {};
 }

@@ -13,7 +13,7 @@ constexpr double kLength = 1e-6;
 // Precision of the final bound, as a share of the tolerance, of which it takes as much away.
 constexpr double kPrecision = 1e-4;
 // A point moves if that brings it nearer to its planes by this share of the tolerance.
-constexpr double kWorthMoving = 0.05;
+constexpr double kWorthMoving = 0.1;
 // Planes count as parallel where one tells less than this share across the other; the second where the first was
 // too bold.
 constexpr double kParallel[] = {1e-3, 0.1};
@@ -45,6 +45,8 @@ Collapser::Collapser(const RemainingSurface& input)
   star_.resize(n);
   rim_.resize(n);
   fixed_.assign(n, false);
+  changed_.assign(n, true);
+  unheld_.resize(n);
   stamp_.assign(n, 0);
   for (std::size_t f = 0; f < faces_.size(); ++f)
     for (const Index p : faces_[f]) star_[p].push_back(static_cast<Index>(f));
@@ -187,13 +189,12 @@ Index Collapser::edge_between(Index a, Index b) const {
   return -1;
 }
 
-std::vector<Index> Collapser::neighbors(Index a) const {
-  std::vector<Index> near;
+void Collapser::find_neighbors(Index a, std::vector<Index>& near) const {
+  near.clear();
   for (const Index f : star_[a])
     for (const Index p : faces_[f])
       if (p != a) near.push_back(p);
   sort_unique(near);
-  return near;
 }
 
 void Collapser::push_from(Index a) {
@@ -205,7 +206,8 @@ void Collapser::push_from(Index a) {
 void Collapser::push_next(Index a, const Candidate& last) {
   if (fixed_[a]) return;
   std::optional<Candidate> best;
-  for (const Index b : neighbors(a)) {
+  find_neighbors(a, ways_);
+  for (const Index b : ways_) {
     if (input_.shared[b] || (!rim_[a].empty() && edge_between(a, b) < 0) || !keeps_planes(a, result_.points[b]))
       continue;
     Quadric sum = quadric_[a];
@@ -228,6 +230,7 @@ void Collapser::commit() {
   containment_->commit(now_.old, now_.holders);
   crossings_->commit(now_.old, changes());
   for (const NewFace& made : now_.made) far_[made.slot] = now_.far;
+  for (const Index p : now_.ring) changed_[p] = true;
   if (now_.old_edges.empty()) return;
   const int kind = edges_[now_.old_edges[0]].kind;
   std::vector<Index> old(now_.old_edges);
@@ -366,7 +369,9 @@ void Collapser::move_all() {
   if (input_.decimals < 0) return;
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const auto a = static_cast<Index>(p);
-    if (star_[p].empty() || fixed_[p] || !move(a)) continue;
+    if (star_[p].empty() || fixed_[p] || !changed_[p]) continue;
+    changed_[p] = false;
+    if (!move(a)) continue;
     push_from(a);
     for (const Index q : now_.ring) push_from(q);
   }

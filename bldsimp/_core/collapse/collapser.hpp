@@ -11,6 +11,7 @@
 #include "collapse/containment.hpp"
 #include "collapse/held_facets.hpp"
 #include "collapse/quadric.hpp"
+#include "collapse/walls.hpp"
 #include "mesh/certificate.hpp"
 #include "mesh/crossings.hpp"
 #include "mesh/rounding.hpp"
@@ -36,6 +37,8 @@ struct RemainingSurface {
   Flags fixed = {};   // points that stay where they are; empty for none
   Indices held = {};  // of each face, the plane that it keeps, or -1; empty for none
   std::span<const HeldPlane> planes = {};
+  std::span<const double> noticed;  // of each face, the area from which on one in its place is
+  const Walls& walls;
 };
 
 class Collapser {
@@ -88,18 +91,25 @@ class Collapser {
   std::optional<Quadric> fit(Index a);
   bool move(Index a);
   Index edge_between(Index a, Index b) const;
-  std::vector<Index> neighbors(Index a) const;
+  void find_neighbors(Index a, std::vector<Index>& near) const;
 
   void survey(Index a, Index b, Vec3 stored);
   void survey_edges();
+  void survey_around();
   std::optional<Refusal> find_refusal();
   bool links() const;
+  bool shows_turn(const NewFace& made, double width) const;
+  bool leans(const NewFace& made) const;
+  bool turns(const NewFace& made) const;
   std::optional<Refusal> shape() const;
+  bool folds() const;
   void bound();
   bool backward_at_places();
   bool backward();
   bool backward_edge();
   bool forward();
+  void gather_holders();
+  bool stays_unheld();
   bool forward_edge();
   std::vector<CrossingTracker::Change> changes() const;
   void commit();
@@ -116,6 +126,8 @@ class Collapser {
   std::vector<std::vector<Index>> star_, rim_;  // faces and border edges at each point
   std::vector<BorderEdge> edges_;
   std::vector<bool> fixed_;
+  std::vector<bool> changed_;             // points near which something has changed since they last tried to move
+  std::vector<Index> ways_;               // scratch: neighbors that a point may go to
   std::vector<std::vector<Index>> held_;  // planes that each point keeps
   std::vector<Quadric> quadric_;
   std::vector<Index> stamp_;
@@ -133,6 +145,7 @@ class Collapser {
   CollapseResult result_;
   // Where points of the result are: one that moved to the place of another would be welded to it.
   std::set<Vec3, Lower> places_;
+  std::vector<std::vector<ContainmentProof::UnheldCorner>> unheld_;  // that refused to let each point go, the last few
   std::optional<CrossingTracker> crossings_;  // of the result's points: about another origin they are rounded
 
   // The candidate change: point a moves onto point b, or to the target if b is -1.

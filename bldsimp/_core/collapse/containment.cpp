@@ -133,10 +133,28 @@ void ContainmentProof::place(Index piece, const FaceTree& tree, Index nearest) {
   rely(piece, nearest);
 }
 
-Index ContainmentProof::slot_of(Index face) const {
-  Index piece = place_[face];
+// That a piece or what it is part of relies on, or -1.
+Index ContainmentProof::find_slot(Index piece) const {
   for (Index up = piece; up >= 0; up = pieces_[up].parent)
     if (pieces_[up].slot >= 0) return pieces_[up].slot;
+  return -1;
+}
+
+bool ContainmentProof::stays_unheld(const UnheldCorner& corner, Indices old, std::span<const Holder> holders) const {
+  // Pieces are joined and their places taken by others: whatever is there now counts if it has the corner.
+  if (pieces_[corner.piece].size == 0) return false;
+  const Points at = corners(corner.piece);
+  if (std::find(at.begin(), at.end(), corner.place) == at.end()) return false;
+  const Index slot = find_slot(corner.piece);
+  if (slot < 0 || std::find(old.begin(), old.end(), slot) == old.end()) return false;
+  holders = holders.first(std::min(holders.size(), most_holders));
+  return std::none_of(holders.begin(), holders.end(),
+                      [&](const Holder& holder) { return holder.triangle.within(corner.place, limit_); });
+}
+
+Index ContainmentProof::slot_of(Index face) const {
+  Index piece = place_[face];
+  if (const Index slot = find_slot(piece); slot >= 0) return slot;
   while (pieces_[piece].slot < 0) piece = pieces_[piece].child;
   return pieces_[piece].slot;
 }
@@ -228,6 +246,7 @@ bool ContainmentProof::finds(Indices old, std::span<const Holder> holders) {
   plan_.clear();
   cuts_.clear();
   last_ = 0;
+  unheld_ = {};
   return std::all_of(gathered_.begin(), gathered_.end(), [&](Index piece) { return prove(piece, holders); });
 }
 
@@ -260,7 +279,10 @@ bool ContainmentProof::prove(Index piece, std::span<const Holder> holders) {
   const Cell own = cell(piece);
   CornerMasks masks;
   for (int i = 0; i < own.size(); ++i)
-    if (masks[i] = mask(own[i], holders); !masks[i]) return false;
+    if (masks[i] = mask(own[i], holders); !masks[i]) {
+      unheld_ = {piece, own[i]};
+      return false;
+    }
   return settle(own, masks, find_normal(own, holders[0].triangle), holders);
 }
 

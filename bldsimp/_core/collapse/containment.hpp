@@ -31,6 +31,16 @@ class ContainmentProof {
   // Whether all that relies on `old` slots is held by the holders (the first 64 count); remembers how.
   bool finds(Indices old, std::span<const Holder> holders);
 
+  // A corner of a piece that no holder reached when `finds` was last false; of no piece where that was not why.
+  struct UnheldCorner {
+    Index piece = -1;
+    Vec3 place;
+  };
+  const UnheldCorner& unheld() const { return unheld_; }
+
+  // Whether `finds` would fail at this corner again: its piece relies on `old` slots, and no holder reaches it.
+  bool stays_unheld(const UnheldCorner& corner, Indices old, std::span<const Holder> holders) const;
+
   // The slot that holds some of a face of the surface.
   Index slot_of(Index face) const;
 
@@ -80,6 +90,7 @@ class ContainmentProof {
   std::optional<CellParts> cut(const Cell& cell, const CornerMasks& masks, Vec3 normal,
                                std::span<const Holder> holders) const;
   Mask mask(Vec3 p, std::span<const Holder> holders) const;
+  Index find_slot(Index piece) const;
   void assign(Index piece, std::size_t& step, std::size_t& cut);
   void rely(Index piece, Index slot);
   void join(Index piece);
@@ -101,6 +112,7 @@ class ContainmentProof {
   std::vector<CellParts> cuts_;  // of cells that the plan splits, in its order
   std::vector<Index> moved_;
   std::size_t last_ = 0;  // holder that held a piece last
+  UnheldCorner unheld_;
 };
 
 }  // namespace bldsimp

@@ -47,6 +47,13 @@ class FaceTree {
   // Whether a point is within `limit` of the faces; `nearest` is one that it is near then, and a guess before.
   bool within(Vec3 query, double limit, Index& nearest) const;
 
+  // Calls face(place) for all faces within a distance of a point, until that is false.
+  template <class Visit>
+  bool visit_near(Vec3 p, double d, Visit each) const {
+    const Vec3 around{d, d, d};
+    return tree_.visit(Box{p - around, p + around}, [&](Index i) { return !triangles_[i].within(p, d) || each(i); });
+  }
+
   // Whether a panel near `middle` tells that all between some corners that are `size` apart is within the limit.
   bool panel_holds(Points corners, Vec3 middle, double size, double limit) const;
 

@@ -18,7 +18,9 @@ struct FramedTriangle {
   // True of all between some points where it is true of those.
   bool lies_under(Vec3 p, double limit) const;
   // Whether it is within 45 degrees of square to a normal; false without an area.
-  bool is_across(Vec3 normal) const { return std::abs(dot(cross(x, y), normal)) >= cosine_across; }
+  bool is_across(Vec3 way) const { return std::abs(dot(normal(), way)) >= cosine_across; }
+
+  Vec3 normal() const { return cross(x, y); }  // zero without an area
 
   // Cosine of 45 degrees, rounded down.
   static constexpr double cosine_across = 0.7071067;

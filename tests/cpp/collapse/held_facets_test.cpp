@@ -75,6 +75,18 @@ void reveals_beside_a_wall_are_held() {
   CHECK(reveals == 8);
 }
 
+// More faces than points, and a component of one face.
+void faces_are_noticed_by_their_share_of_a_component() {
+  Soup soup = shapes::box({0, 0, 0}, {10, 8, 6});
+  for (int i = 0; i < 12; ++i) soup.faces.push_back(soup.faces[i]);
+  const auto count = static_cast<Index>(soup.points.size());
+  for (const Vec3 p : {Vec3{0, -20, 0}, Vec3{10, -20, 0}, Vec3{5, -20, 6}}) soup.points.push_back(p);
+  soup.faces.push_back({count, count + 1, count + 2});
+  const HeldFacets held = held_of(soup, 0.3);
+  for (std::size_t f = 0; f < 24; ++f) CHECK(std::abs(held.noticed[f] - 1e-3 * 2 * 376) < 1e-9);
+  CHECK(std::abs(held.noticed[24] - 1e-3 * 30) < 1e-9);
+}
+
 void nothing_holds_nothing() {
   const HeldFacets held = find_held_facets({}, {}, {}, 1);
   CHECK(held.plane_of_face.empty() && held.planes.empty());
@@ -114,6 +126,7 @@ int main() {
   RUN(a_flat_sheet_is_held_by_its_open_edges);
   RUN(noise_is_not_held);
   RUN(reveals_beside_a_wall_are_held);
+  RUN(faces_are_noticed_by_their_share_of_a_component);
   RUN(nothing_holds_nothing);
   RUN(collapses_leave_walls_in_their_planes);
   return check::report();
