@@ -18,7 +18,7 @@ constexpr double kSame = 0.9999;
 constexpr double kWide = 1, kNarrow = 0.5;
 // What is farther than the nearest by less than these shares of the tolerance is as near: of walls, of any faces.
 constexpr double kAsNear = 0.1, kNear = 0.05;
-// Cosine of 30 degrees, within which two faces face alike.
+// Cosine of 30 degrees.
 constexpr double kAlike = 0.866;
 // A triangle is a needle below this height, as a share of its longest side.
 constexpr double kNeedle = 1e-3;
@@ -144,7 +144,7 @@ bool Collapser::shows_turn(const NewFace& made, double width) const {
          size >= 2 * input_.noticed[distinct_.index[made.slot]] && dot(n, m) < kSame * length(n) * size;
 }
 
-// Whether a face comes to lean beside the walls, floors and roofs near it.
+// Whether a wide face would lean: a wall is nearest to it, and no wall near it is parallel.
 bool Collapser::leans(const NewFace& made) const {
   if (!shows_turn(made, kWide)) return false;
   const auto near = input_.walls.measure_leaning(made.corners, middle_);
@@ -153,7 +153,7 @@ bool Collapser::leans(const NewFace& made) const {
   return *near <= tree_->distance(centroid(made.corners), guess) + kAsNear * limit_;
 }
 
-// Whether a face comes to face where nothing of the surface faces that is about as near as the nearest.
+// Whether a face would turn away: none of the nearest faces of the surface is within 30 degrees of it.
 bool Collapser::turns(const NewFace& made) const {
   if (!shows_turn(made, kNarrow)) return false;
   const Vec3 middle = centroid(made.corners), m = area_vector(made.corners);

@@ -17,8 +17,8 @@ constexpr double kSharp = 0.906;
 constexpr double kSharpShare = 0.5;
 // An edge is long beyond this many tolerances.
 constexpr double kLong = 2;
-// A facet tells what leans beside it where its area divided by its length is over this many tolerances.
-constexpr double kTelling = 1;
+// A smaller facet is no wall. Its area divided by its length counts, in tolerances.
+constexpr double kLeastWall = 1;
 // A face of less than this share of its component is hardly noticed.
 constexpr double kNoticed = 1e-3;
 // Sine of one degree: less is hardly seen.
@@ -98,7 +98,7 @@ HeldFacets find_held_facets(Points points, Faces faces, Indices label, double to
   for (Index k = 0; k < graph.facet_count(); ++k) {
     if (!holder.has_sharp_border(k)) continue;
     const FacetShape& own = graph.shape(k);
-    if (graph.is_wider(k, kTelling * tolerance)) {
+    if (graph.is_wider(k, kLeastWall * tolerance)) {
       // What is flat within some height tells less of its normal the narrower it is.
       const double sine = std::max(kLeaning, graph.flat() * 2 * own.radius / own.area);
       for (const Index f : graph.faces_of(k)) held.flat.push_back({f, own.normal, sine});

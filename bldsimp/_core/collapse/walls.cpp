@@ -3,39 +3,28 @@
 namespace bldsimp {
 namespace {
 
-std::vector<Index> list_faces(std::span<const FlatFace> flat) {
-  std::vector<Index> faces;
-  for (const FlatFace& one : flat) faces.push_back(one.face);
-  return faces;
+std::vector<Face> select_faces(Faces faces, std::span<const FlatFace> flat) {
+  std::vector<Face> some;
+  for (const FlatFace& one : flat) some.push_back(faces[one.face]);
+  return some;
 }
 
 }  // namespace
 
 Walls::Walls(Points points, Faces faces, std::span<const FlatFace> flat, double tolerance)
-    : tolerance_(tolerance), tree_(points, faces, list_faces(flat)) {
-  std::vector<Index> place(faces.size(), -1);
-  for (std::size_t i = 0; i < flat.size(); ++i) place[flat[i].face] = static_cast<Index>(i);
-  for (const Index f : tree_.order()) {
-    const auto [a, b, c] = corners_of(faces[f], points);
-    walls_.push_back({FramedTriangle(a, b, c), flat[place[f]]});
-  }
-}
+    : flat_(flat.begin(), flat.end()), tolerance_(tolerance), tree_(points, select_faces(faces, flat)) {}
 
 std::optional<double> Walls::measure_leaning(const Triangle& t, Vec3 origin) const {
-  const Vec3 twice = area_vector(t), normal = (1 / length(twice)) * twice;
-  const Vec3 middle = centroid(t) + origin, around{tolerance_, tolerance_, tolerance_};
-  double nearest = tolerance_ * tolerance_;
-  bool any = false;
-  const bool leans = tree_.visit(Box{middle - around, middle + around}, [&](Index i) {
-    const Wall& wall = walls_[i];
-    const double squared = wall.triangle.squared_distance(middle);
-    if (squared > tolerance_ * tolerance_) return true;
-    any = true;
-    nearest = std::min(nearest, squared);
-    return length(cross(wall.flat.normal, normal)) > wall.flat.sine;
+  const Vec3 middle = centroid(t) + origin, twice = area_vector(t);
+  std::optional<double> nearest;
+  const bool leans = tree_.visit_near(middle, tolerance_, [&](Index place) {
+    const double squared = tree_.triangle(place).squared_distance(middle);
+    nearest = std::min(squared, nearest.value_or(squared));
+    const FlatFace& wall = flat_[tree_.order()[place]];
+    return length(cross(wall.normal, twice)) > wall.sine * length(twice);
   });
-  if (!leans || !any) return {};
-  return std::sqrt(nearest);
+  if (!leans || !nearest) return {};
+  return std::sqrt(*nearest);
 }
 
 }  // namespace bldsimp

@@ -1,11 +1,10 @@
-// Tell which triangles lean beside the walls, floors and roofs of a surface.
+// Find triangles that lean: wide ones that are parallel to no wall, floor or roof near them.
 #pragma once
 
 #include <optional>
 
 #include "collapse/held_facets.hpp"
-#include "mesh/box_tree.hpp"
-#include "mesh/framed_triangle.hpp"
+#include "mesh/distances.hpp"
 
 namespace bldsimp {
 
@@ -14,19 +13,14 @@ class Walls {
   // O(m log m).
   Walls(Points points, Faces faces, std::span<const FlatFace> flat, double tolerance);
 
-  // How far the middle of a triangle is from the nearest of them: of one that is parallel to none of those within the
-  // tolerance. Its corners count from `origin`.
+  // Distance of the middle of a triangle from the nearest wall. Nothing if no wall is within the tolerance, or one that
+  // is lies parallel to the triangle. The corners count from `origin`.
   std::optional<double> measure_leaning(const Triangle& t, Vec3 origin) const;
 
  private:
-  struct Wall {
-    FramedTriangle triangle;
-    FlatFace flat;
-  };
-
+  std::vector<FlatFace> flat_;
   double tolerance_;
-  BoxTree tree_;
-  std::vector<Wall> walls_;  // in the order of the tree
+  FaceTree tree_;  // of these
 };
 
 }  // namespace bldsimp

@@ -1,12 +1,10 @@
-// What leans beside the walls of a surface is told from what is parallel to them, small, or far away.
+// A triangle leans if walls are near it and none of them is parallel.
 #include "collapse/walls.hpp"
 
 #include "cells.hpp"
 #include "check.hpp"
-#include "mesh/distances.hpp"
 
 using namespace bldsimp;
-using shapes::Random;
 using shapes::Soup;
 
 namespace {
