@@ -210,7 +210,7 @@ class RedundantBodyFinder {
   Faces faces_;
   double limit_;
   std::vector<Index> body_of_;
-  std::vector<Vec3> normal_;  // that what holds a face must have, roughly; zero where it may have any
+  std::vector<Vec3> normal_;  // of each face: its holders are roughly parallel to it; zero for any holder
   std::vector<Body> bodies_;
   std::vector<CrowdedEdge> crowded_;
   std::unique_ptr<BoxTree> boxes_;
